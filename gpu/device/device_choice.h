@@ -1,9 +1,9 @@
 #pragma once
 // From the name of a device to what works on it.
-#include <charconv>
 #include <memory>
 #include <string>
 
+#include "proto/numbers.h"
 #include "proto/result.h"
 
 namespace cordillera::gpu {
@@ -18,16 +18,11 @@ auto on_device(const std::string& device, const Host& host, const Cuda& cuda) ->
     if (first.ok()) return first;
     return host();
   }
-  int number = 0;
-  bool known = device == "cuda";
-  if (device.starts_with("cuda:")) {
-    const char* const end = device.data() + device.size();
-    const auto [stop, error] = std::from_chars(device.data() + 5, end, number);
-    known = error == std::errc{} && stop == end && number >= 0;
-  }
-  if (!known)
+  const std::string_view name = device;
+  const auto number = name == "cuda" ? 0 : name.starts_with("cuda:") ? proto::number<int>(name.substr(5)) : std::nullopt;
+  if (!number || *number < 0)
     return proto::Problem{"unknown-device", "device \"" + device + "\" is not known", "auto, cpu, cuda, cuda:N", "device"};
-  return cuda(number);
+  return cuda(*number);
 }
 
 inline proto::Problem built_without_cuda() {

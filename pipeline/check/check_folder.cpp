@@ -1,9 +1,6 @@
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
-#include <fstream>
 #include <map>
-#include <sstream>
 #include <tuple>
 
 #include "pipeline/check/border_laws.h"
@@ -11,6 +8,8 @@
 #include "pipeline/check/error_laws.h"
 #include "pipeline/tileset/implicit_tile.h"
 #include "pipeline/tileset/manifest_json.h"
+#include "proto/files.h"
+#include "proto/numbers.h"
 
 namespace cordillera::pipeline::check {
 namespace {
@@ -20,27 +19,16 @@ namespace fs = std::filesystem;
 // No .glb step is written into a folder. Errors are measured on .drc tiles alone, whose step this stands for: next to nothing.
 constexpr double kNoRounding_m = 0x1p-20;
 
-std::string bytes_of(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
-std::optional<std::int32_t> number(const std::string& text) {
-  std::int32_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
-}
+std::string bytes_of(const fs::path& path) { return proto::bytes_of_file(path).value_or(""); }
 
 /// tiles/z/x/y.drc of a level, by y, then by x.
 std::vector<proto::TileAddress> drc_tiles(const fs::path& folder, int level) {
   std::vector<proto::TileAddress> found;
   std::error_code error;
   for (const auto& column : fs::directory_iterator(folder / "tiles" / std::to_string(level), error)) {
-    const auto x = number(column.path().filename().string());
+    const auto x = proto::number<std::int32_t>(column.path().filename().string());
     for (const auto& file : fs::directory_iterator(column.path(), error)) {
-      const auto y = number(file.path().stem().string());
+      const auto y = proto::number<std::int32_t>(file.path().stem().string());
       if (x && y && file.path().extension() == ".drc") found.push_back({level, *x, *y});
     }
   }

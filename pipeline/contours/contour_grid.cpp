@@ -26,7 +26,7 @@ struct Band {
 };
 
 /// From the north: of the tile above, of this one, of the one below.
-std::vector<Band> bands_of(const faces::Terrain& terrain, const faces::Extent& extent, const faces::Zooms& zooms,
+std::vector<Band> bands_of(const faces::Terrain& terrain, const raster::Area& extent, const faces::Zooms& zooms,
                            const faces::Place& place) {
   const auto level = [&](std::int32_t y) {
     return faces::level_of(terrain.manifest(), zooms, place.z, faces::row_latitude_deg(extent, place.z, y));

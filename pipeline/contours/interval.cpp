@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <string>
+
+#include "proto/numbers.h"
 
 namespace cordillera::pipeline::contours {
 namespace {
@@ -29,10 +30,7 @@ std::int64_t millimetres(std::string_view text) {
   std::string_view behind = point == text.npos ? std::string_view() : text.substr(point + 1);
   if (digits.empty() || digits.size() > 4 || behind.size() > 3 || (point != text.npos && behind.empty())) return -1;
   digits.append(behind).append(3 - behind.size(), '0');
-  std::int64_t value = 0;
-  if (digits[0] == '-') return -1;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  return error == std::errc() && end == digits.data() + digits.size() ? value : -1;
+  return proto::number<std::int64_t>(digits).value_or(-1);
 }
 
 }  // namespace

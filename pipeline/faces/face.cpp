@@ -1,17 +1,14 @@
 #include "pipeline/faces/face.h"
 
-#include <charconv>
+#include "proto/numbers.h"
 
 namespace cordillera::pipeline::faces {
 namespace {
 
 /// Digits only, no sign, no leading zeros.
 std::optional<std::int32_t> number(std::string_view text) {
-  std::int32_t value = 0;
-  if (text.empty() || text[0] == '-' || (text[0] == '0' && text.size() > 1)) return std::nullopt;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
+  if (text.starts_with('-') || (text.starts_with('0') && text.size() > 1)) return std::nullopt;
+  return proto::number<std::int32_t>(text);
 }
 
 /// Takes what a brace stands for, up to the pattern's next letter, from the front of path.

@@ -161,7 +161,7 @@ std::vector<double> distances(const std::vector<bool>& hull, std::size_t columns
   return far;
 }
 
-double middle_deg(const Extent& extent) { return (extent.south_deg + extent.north_deg) / 2; }
+double middle_deg(const raster::Area& extent) { return (extent.south_deg + extent.north_deg) / 2; }
 
 /// How far outside the geoid is reached, pixels.
 double fade_pixels(const PixelWindow& window, double latitude_deg) {
@@ -178,7 +178,7 @@ double fade(double far, double whole) {
   return left * left * (3 - 2 * left);
 }
 
-PixelWindow overview_of(const Extent& extent, const Zooms& zooms, const proto::Manifest& manifest) {
+PixelWindow overview_of(const raster::Area& extent, const Zooms& zooms, const proto::Manifest& manifest) {
   const auto span = [&](int zoom) {
     return std::max(longitude_pixel(zoom, extent.east_deg) - longitude_pixel(zoom, extent.west_deg),
                     latitude_pixel(zoom, extent.south_deg) - latitude_pixel(zoom, extent.north_deg));

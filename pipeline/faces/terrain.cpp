@@ -9,6 +9,7 @@
 #include "pipeline/store/sqlite.h"
 #include "raster/datum/geoid.h"
 #include "raster/datum/vertical.h"
+#include "raster/place/area.h"
 
 namespace cordillera::pipeline::faces {
 namespace {
@@ -97,9 +98,7 @@ std::optional<double> Terrain::height_on(int level, double longitude_deg, double
 Terrain::Undulation& Terrain::undulation() const {
   if (undulation_) return *undulation_;
   undulation_ = std::make_unique<Undulation>();
-  const auto& b = manifest().bounds();
-  const raster::Area area =
-      b.size() < 4 ? raster::Area{-180, -90, 180, 90} : raster::Area{b[0], b[1], b[2] < b[0] ? b[2] + 360 : b[2], b[3]};
+  const raster::Area area = raster::area_of(manifest().bounds()).value_or(raster::Area{-180, -90, 180, 90});
   const std::string& declared = manifest().source().vertical_datum();
   auto datum = raster::resolve_vertical({.requested = declared == "ellipsoid" ? raster::kDefaultDatum : declared},
                                         raster::Trust::posted_file, area);

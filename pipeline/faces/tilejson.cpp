@@ -15,14 +15,14 @@ namespace {
 double short_deg(double deg) { return std::round(deg * 1e6) / 1e6; }
 
 /// Longitudes of a TileJSON may not wrap: data across the antimeridian has the whole circle.
-Json bounds(const Extent& e) {
+Json bounds(const raster::Area& e) {
   const bool wraps = e.east_deg > 180;
   const double west = wraps ? -180 : e.west_deg, east = wraps ? 180 : e.east_deg;
   return {short_deg(west), short_deg(e.south_deg), short_deg(east), short_deg(e.north_deg)};
 }
 
 /// The zoom at which the data is about two tiles wide or high.
-Json center(const Extent& e, const Zooms& zooms) {
+Json center(const raster::Area& e, const Zooms& zooms) {
   const double middle = (e.west_deg + e.east_deg) / 2;
   const double wide = longitude_pixel(0, e.east_deg) - longitude_pixel(0, e.west_deg);
   const double high = latitude_pixel(0, e.south_deg) - latitude_pixel(0, e.north_deg);
@@ -46,7 +46,7 @@ proto::Problem beyond_mercator() {
           "the 3D Tiles and .drc faces, which reach the poles", ""};
 }
 
-Json zoom_entry(const proto::Manifest& manifest, const Extent& extent, const Zooms& zooms, int zoom, double rounding_m) {
+Json zoom_entry(const proto::Manifest& manifest, const raster::Area& extent, const Zooms& zooms, int zoom, double rounding_m) {
   const auto [equatorward, poleward] = std::minmax({std::abs(extent.south_deg), std::abs(extent.north_deg)});
   const bool equator = extent.south_deg < 0 && extent.north_deg > 0;
   Json levels = Json::array();
@@ -60,7 +60,7 @@ Json zoom_entry(const proto::Manifest& manifest, const Extent& extent, const Zoo
   return {{"zoom", zoom}, {"levels", std::move(levels)}, {"stated_max_error", stated}};
 }
 
-Json tilejson_head(const proto::Manifest& manifest, const Extent& extent, const Zooms& zooms, std::string_view tiles) {
+Json tilejson_head(const proto::Manifest& manifest, const raster::Area& extent, const Zooms& zooms, std::string_view tiles) {
   Json out = {{"tilejson", "3.0.0"}};
   out["name"] = manifest.title().empty() ? manifest.name() : manifest.title();
   out["version"] = "1.0.0";

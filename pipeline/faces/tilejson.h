@@ -19,10 +19,10 @@ struct RasterTileset {
 };
 
 /// What all of them begin with: names, tiles, zooms and bounds.
-Json tilejson_head(const proto::Manifest& manifest, const Extent& extent, const Zooms& zooms, std::string_view tiles);
+Json tilejson_head(const proto::Manifest& manifest, const raster::Area& extent, const Zooms& zooms, std::string_view tiles);
 /// Which meshes a zoom is drawn from, and how far its heights may be off. Far from the equator pixels are smaller and need finer
 /// levels.
-Json zoom_entry(const proto::Manifest& manifest, const Extent& extent, const Zooms& zooms, int zoom, double rounding_m);
+Json zoom_entry(const proto::Manifest& manifest, const raster::Area& extent, const Zooms& zooms, int zoom, double rounding_m);
 /// The dataset has nothing that Web Mercator shows.
 proto::Problem beyond_mercator();
 

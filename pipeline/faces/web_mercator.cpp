@@ -17,7 +17,7 @@ double pixels_around(int zoom) { return std::ldexp(kTilePixels, zoom); }
 /// How many levels finer than the zoom the cell of a pixel's size is. At the equator a cell of level z has half a pixel's side.
 double levels_beyond(double latitude_deg) { return -1 - std::log2(std::cos(latitude_deg * kDegree)); }
 
-double middle_deg(const Extent& extent) { return (extent.south_deg + extent.north_deg) / 2; }
+double middle_deg(const raster::Area& extent) { return (extent.south_deg + extent.north_deg) / 2; }
 
 int wanted_level(int zoom, double latitude_deg) {
   return static_cast<int>(std::ceil(zoom + levels_beyond(latitude_deg) - kSlack));
@@ -39,15 +39,15 @@ double latitude_pixel(int zoom, double latitude_deg) {
   return (1 - std::asinh(std::tan(latitude_deg * kDegree)) / kPi) / 2 * pixels_around(zoom);
 }
 
-std::optional<Extent> extent_of(const proto::Manifest& manifest) {
-  const auto& b = manifest.bounds();
-  if (b.size() < 4) return std::nullopt;
-  const Extent extent{b[0], std::max(b[1], -kMercatorEnd_deg), b[2] < b[0] ? b[2] + 360 : b[2], std::min(b[3], kMercatorEnd_deg)};
-  if (extent.south_deg >= extent.north_deg) return std::nullopt;
-  return extent;
+std::optional<raster::Area> extent_of(const proto::Manifest& manifest) {
+  auto extent = raster::area_of(manifest.bounds());
+  if (!extent) return std::nullopt;
+  extent->south_deg = std::max(extent->south_deg, -kMercatorEnd_deg);
+  extent->north_deg = std::min(extent->north_deg, kMercatorEnd_deg);
+  return extent->south_deg < extent->north_deg ? extent : std::nullopt;
 }
 
-Zooms zooms_of(const proto::Manifest& manifest, const Extent& extent) {
+Zooms zooms_of(const proto::Manifest& manifest, const raster::Area& extent) {
   const double middle = middle_deg(extent);
   Zooms zooms;
   const double fine_enough = std::ceil(manifest.max_level() - levels_beyond(middle) - kSlack);
@@ -62,13 +62,13 @@ int level_of(const proto::Manifest& manifest, const Zooms& zooms, int zoom, doub
   return std::clamp(wanted_level(zoom, latitude_deg), static_cast<int>(manifest.min_level()), finest);
 }
 
-double row_latitude_deg(const Extent& extent, int zoom, std::int32_t y) {
+double row_latitude_deg(const raster::Area& extent, int zoom, std::int32_t y) {
   const double north = pixel_latitude_deg(zoom, double{kTilePixels} * y);
   const double south = pixel_latitude_deg(zoom, double{kTilePixels} * (y + 1));
   return (std::max(south, extent.south_deg) + std::min(north, extent.north_deg)) / 2;
 }
 
-bool touches(const Extent& extent, int zoom, std::int32_t x, std::int32_t y) {
+bool touches(const raster::Area& extent, int zoom, std::int32_t x, std::int32_t y) {
   const double across = std::ldexp(1, zoom), side_deg = 360 / across;
   const double north = latitude_pixel(zoom, extent.north_deg) / kTilePixels;
   const double south = latitude_pixel(zoom, extent.south_deg) / kTilePixels;

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "cordillera.pb.h"
+#include "raster/place/area.h"
 
 namespace cordillera::pipeline::faces {
 
@@ -19,12 +20,8 @@ double pixel_latitude_deg(int zoom, double y);
 double latitude_pixel(int zoom, double latitude_deg);
 double longitude_pixel(int zoom, double longitude_deg);
 
-/// What of a dataset the grid can show. Degrees; east exceeds 180 where the data crosses the antimeridian.
-struct Extent {
-  double west_deg = 0, south_deg = 0, east_deg = 0, north_deg = 0;
-};
-/// None where the data lies beyond the grid's ends.
-std::optional<Extent> extent_of(const proto::Manifest& manifest);
+/// What of a dataset the grid can show. None where the data lies beyond the grid's ends.
+std::optional<raster::Area> extent_of(const proto::Manifest& manifest);
 
 /// Zooms that a dataset has. The last one is the first whose pixels, at the data's middle latitude, are no larger than the finest
 /// cell; the first one is 0 unless coarse levels were not published.
@@ -32,15 +29,15 @@ struct Zooms {
   int first = 0, last = 0;
   bool holds(int zoom) const { return zoom >= first && zoom <= last; }
 };
-Zooms zooms_of(const proto::Manifest& manifest, const Extent& extent);
+Zooms zooms_of(const proto::Manifest& manifest, const raster::Area& extent);
 
 /// The coarsest published level whose cell is no larger than a pixel at the latitude; the finest at the last zoom.
 int level_of(const proto::Manifest& manifest, const Zooms& zooms, int zoom, double latitude_deg);
 
 /// A latitude that stands for a row of tiles: the middle of what of it the data touches.
-double row_latitude_deg(const Extent& extent, int zoom, std::int32_t y);
+double row_latitude_deg(const raster::Area& extent, int zoom, std::int32_t y);
 
 /// Whether a tile and the extent have an area in common.
-bool touches(const Extent& extent, int zoom, std::int32_t x, std::int32_t y);
+bool touches(const raster::Area& extent, int zoom, std::int32_t x, std::int32_t y);
 
 }  // namespace cordillera::pipeline::faces

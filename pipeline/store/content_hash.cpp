@@ -4,7 +4,6 @@
 #include <openssl/sha.h>
 
 #include <array>
-#include <cstdint>
 #include <new>
 #include <stdexcept>
 
@@ -24,17 +23,6 @@ std::string md5(std::string_view bytes) {
   if (EVP_Digest(bytes.data(), bytes.size(), out, nullptr, EVP_md5(), nullptr) != 1)
     throw std::runtime_error("OpenSSL has no MD5");
   return digest;
-}
-
-std::string hex(std::string_view bytes) {
-  static constexpr char kDigits[] = "0123456789abcdef";
-  std::string out;
-  for (const char ch : bytes) {
-    const auto byte = static_cast<std::uint8_t>(ch);
-    out += kDigits[byte >> 4];
-    out += kDigits[byte & 15];
-  }
-  return out;
 }
 
 }  // namespace cordillera::pipeline

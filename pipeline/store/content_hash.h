@@ -4,6 +4,8 @@
 #include <string>
 #include <string_view>
 
+#include "proto/letters.h"
+
 namespace cordillera::pipeline {
 
 inline constexpr std::size_t kHashBytes = 16;
@@ -12,6 +14,6 @@ inline constexpr std::size_t kHashBytes = 16;
 std::string content_hash(std::string_view bytes);
 /// 16 bytes; for formats that ask for it, never to tell contents apart.
 std::string md5(std::string_view bytes);
-std::string hex(std::string_view bytes);
+using proto::hex;
 
 }  // namespace cordillera::pipeline

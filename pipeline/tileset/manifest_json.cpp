@@ -3,12 +3,12 @@
 #include <google/protobuf/util/json_util.h>
 
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <stdexcept>
 
 #include "pipeline/encode/json.h"
 #include "pipeline/tileset/print_options.h"
+#include "proto/files.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -44,9 +44,7 @@ proto::Result<proto::Manifest> parse_manifest_json(const std::string& json) {
 }
 
 proto::Result<proto::Manifest> manifest_of_folder(const std::string& folder) {
-  std::ifstream file(std::filesystem::path(folder) / "manifest.json", std::ios::binary);
-  const std::string json((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  return parse_manifest_json(json);
+  return parse_manifest_json(proto::bytes_of_file(std::filesystem::path(folder) / "manifest.json").value_or(""));
 }
 
 std::string compact_json(const google::protobuf::Message& message) {

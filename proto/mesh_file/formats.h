@@ -5,8 +5,8 @@
 
 #include "proto/mesh_file/mesh_file.h"
 #include "proto/mesh_file/mesh_source.h"
-#include "proto/mesh_file/numbers.h"
 #include "proto/mesh_file/text_lines.h"
+#include "proto/numbers.h"
 
 namespace cordillera::proto {
 

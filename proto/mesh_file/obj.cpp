@@ -2,9 +2,10 @@
 // last.
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "proto/mesh_file/formats.h"
-#include "proto/mesh_file/numbers.h"
+#include "proto/numbers.h"
 
 namespace cordillera::proto {
 namespace {
@@ -52,14 +53,14 @@ class ObjReader {
     for (auto* axis : {&mesh.x, &mesh.y, &mesh.z}) {
       const std::string_view word = lines_.word();
       if (word.empty()) return wrong(name + " has no three coordinates", "v x y z");
-      const auto read = number<double>(word);
+      const auto read = signed_number<double>(word);
       if (!read || !std::isfinite(*read)) return wrong(name + " has " + shown(word), kFiniteNumber);
       axis->push_back(*read);
     }
     // A weight or a colour.
     int extras = 0;
     for (std::string_view word = lines_.word(); !word.empty(); word = lines_.word()) {
-      if (!number<double>(word) || ++extras > kMostExtras) {
+      if (!signed_number<double>(word) || ++extras > kMostExtras) {
         return wrong(name + " is followed by " + shown(word), "v x y z [w] [r g b]");
       }
     }
@@ -85,7 +86,7 @@ class ObjReader {
   /// a, a/t, a//n or a/t/n: a, counted from 0.
   Result<std::uint32_t> corner(std::string_view word) {
     const std::size_t slash = word.find('/');
-    const auto index = number<std::int64_t>(word.substr(0, slash));
+    const auto index = signed_number<std::int64_t>(word.substr(0, slash));
     const bool rest = slash == std::string_view::npos || whole_numbers(word.substr(slash + 1));
     if (!index || !rest) return wrong("a polygon has the corner " + shown(word), "corners as v, v/vt, v//vn or v/vt/vn");
     const auto known = static_cast<std::int64_t>(file_.mesh.vertices());
@@ -105,7 +106,7 @@ class ObjReader {
   }
   static bool whole_numbers(std::string_view words) {
     const std::size_t slash = words.find('/');
-    const auto one = [](std::string_view word) { return word.empty() || number<std::int64_t>(word); };
+    const auto one = [](std::string_view word) { return word.empty() || signed_number<std::int64_t>(word); };
     return one(words.substr(0, slash)) && (slash == std::string_view::npos || one(words.substr(slash + 1)));
   }
 

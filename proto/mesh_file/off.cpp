@@ -1,8 +1,9 @@
 // OFF, as Geomview has it: a keyword, three counts, vertices, polygons; a line each; # begins a comment.
 #include <array>
+#include <cmath>
 
 #include "proto/mesh_file/formats.h"
-#include "proto/mesh_file/numbers.h"
+#include "proto/numbers.h"
 
 namespace cordillera::proto {
 namespace {
@@ -61,7 +62,7 @@ class OffReader {
     Counts counts;
     std::uint64_t edges = 0;
     for (std::uint64_t* count : {&counts.vertices, &counts.triangles, &edges}) {
-      const auto read = number<std::uint64_t>(word);
+      const auto read = signed_number<std::uint64_t>(word);
       if (!read) {
         return wrong("the counts have " + (word.empty() ? "an end" : shown(word)), "three counts: vertices, polygons, edges");
       }
@@ -80,7 +81,7 @@ class OffReader {
     for (auto* axis : {&mesh.x, &mesh.y, &mesh.z}) {
       const std::string_view word = lines_.word();
       if (word.empty()) return wrong("vertex " + std::to_string(v) + " has no three coordinates", "x y z on a line");
-      const auto read = number<double>(word);
+      const auto read = signed_number<double>(word);
       if (!read || !std::isfinite(*read)) return wrong("vertex " + std::to_string(v) + " has " + shown(word), kFiniteNumber);
       axis->push_back(*read);
     }
@@ -90,7 +91,7 @@ class OffReader {
   Result<void> triangle(std::uint64_t t, const Counts& counts, TriangleMesh& mesh) {
     if (!lines_.next()) return source_.short_line(of("polygon", t, counts.triangles));
     const std::string size(lines_.word());
-    const auto corners = number<std::uint64_t>(size);
+    const auto corners = signed_number<std::uint64_t>(size);
     if (!corners) {
       return wrong("polygon " + std::to_string(t) + " begins with " + shown(size), "the number of its corners, which is 3");
     }
@@ -98,7 +99,7 @@ class OffReader {
     std::array<std::uint32_t, 3> triangle{};
     for (std::uint32_t& corner : triangle) {
       const std::string_view word = lines_.word();
-      const auto index = number<std::int64_t>(word);
+      const auto index = signed_number<std::int64_t>(word);
       if (!index) {
         return wrong("polygon " + std::to_string(t) + " has " + (word.empty() ? "not all of its corners" : shown(word)),
                      "3 vertices");
@@ -116,7 +117,7 @@ class OffReader {
   Result<void> extras(const char* what, std::uint64_t index) {
     int extras = 0;
     for (std::string_view word = lines_.word(); !word.empty(); word = lines_.word()) {
-      if (!number<double>(word)) return wrong(of_line(what, index) + shown(word), "numbers");
+      if (!signed_number<double>(word)) return wrong(of_line(what, index) + shown(word), "numbers");
       if (++extras > kMostExtras) return wrong(of_line(what, index) + "too many numbers", "a line for each");
     }
     return {};

@@ -98,7 +98,7 @@ class PlyHeaderReader {
     PlyElement element;
     std::string count, rest;
     words >> element.name >> count;
-    const auto read = number<std::uint64_t>(count);
+    const auto read = signed_number<std::uint64_t>(count);
     if (!read || (words >> rest)) return wrong(shown(line_) + " is no element", "element NAME COUNT");
     element.count = *read;
     const bool wanted = element.name == "vertex" || element.name == "face";

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <optional>
 
 #include "proto/mesh_file/formats.h"
@@ -22,10 +23,10 @@ class AsciiValues {
     const std::string_view word = lines_.word();
     // Of text a float is the nearest float, not the nearest double made a float.
     if (type == PlyType::float32) {
-      const auto read = number<float>(word);
+      const auto read = signed_number<float>(word);
       return read ? std::optional<double>(*read) : std::nullopt;
     }
-    return number<double>(word);
+    return signed_number<double>(word);
   }
   bool skip(PlyType type, std::uint64_t count) {
     for (; count > 0; --count) {

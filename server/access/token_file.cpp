@@ -1,8 +1,6 @@
 #include "server/access/token_file.h"
 
-#include <fstream>
-#include <sstream>
-
+#include "proto/files.h"
 #include "server/log/log.h"
 
 namespace cordillera::server::access {
@@ -31,11 +29,9 @@ TokenFile::Stamp TokenFile::stamp() const {
 }
 
 proto::Result<void> TokenFile::read(const Stamp& stamp) {
-  std::ifstream stream(path_);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  if (!stream) return Problem{"tokens-invalid", "cannot read the token file " + path_.string(), "a readable file", "--tokens"};
-  auto lines = read_tokens(text.str(), path_.string());
+  const auto text = proto::bytes_of_file(path_);
+  if (!text) return Problem{"tokens-invalid", "cannot read the token file " + path_.string(), "a readable file", "--tokens"};
+  auto lines = read_tokens(*text, path_.string());
   if (!lines) return lines.problem();
   lines->insert(lines->end(), fixed_.begin(), fixed_.end());
   lines_ = std::make_shared<const std::vector<TokenLine>>(std::move(*lines));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "proto/letters.h"
 #include "server/http/digest.h"
 
 namespace cordillera::server::access {
@@ -73,9 +74,7 @@ NewToken make_token(const std::string& name, Role role) {
 }
 
 bool is_token_name(std::string_view text) {
-  const auto fine = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' || c == '-' || c == '_';
-  };
+  const auto fine = [](char c) { return proto::is_letter_or_digit(c) || c == '.' || c == '-' || c == '_'; };
   return !text.empty() && text.size() <= 64 && std::all_of(text.begin(), text.end(), fine);
 }
 

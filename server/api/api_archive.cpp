@@ -7,6 +7,7 @@
 #include "server/api/api.h"
 #include "server/http/byte_range.h"
 #include "server/log/log.h"
+#include "server/options/option_values.h"
 
 namespace cordillera::server {
 namespace {
@@ -32,7 +33,7 @@ proto::Result<const Face*> face_asked(const Request& request) {
     if (wanted.empty() ? pipeline::exports::fits_mbtiles(*face) : face->name == wanted) return face;
     names.append(names.empty() ? "" : ", ").append(face->name);
   }
-  return Problem{"option-invalid", "format='" + wanted.substr(0, 100) + "': an archive holds no such format", names, "format"};
+  return wrong_value("format", wanted, "an archive holds no such format", names);
 }
 
 /// Piece after piece of a file that is too large for the memory.

@@ -41,8 +41,7 @@ std::optional<Problem> take(const Given& given, Dataset& dataset) {
       if (auto complaint = read_imagery(value, dataset.options.mutable_imagery()))
         wrong = Problem{"option-invalid", "imagery: " + *complaint, kImagery, name};
     } else if (name == "private") {
-      if (auto complaint = read_switch(value, &dataset.is_private))
-        wrong = Problem{"option-invalid", "private='" + value + "': " + *complaint, "1 or 0", name};
+      if (auto complaint = read_switch(value, &dataset.is_private)) wrong = wrong_value(name, value, *complaint, "1 or 0");
     } else if (name == "build") {
       if (value != "full")
         wrong = Problem{"option-invalid", "build='" + value + "'", "full: all blocks are made from now on", name};

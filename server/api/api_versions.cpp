@@ -43,7 +43,7 @@ proto::Result<std::optional<std::uint32_t>> wanted(const Request& request) {
       return Problem{"option-unknown", "unknown query parameter '" + name.substr(0, 100) + "'", "to=NUMBER, or nothing", name};
     std::uint32_t read = 0;
     if (const auto wrong = read_whole(value, {1, UINT32_MAX}, &read))
-      return Problem{"option-invalid", "to='" + value + "': " + *wrong, "a number of GET …/versions", "to"};
+      return wrong_value(name, value, *wrong, "a number of GET …/versions");
     number = read;
   }
   return number;

@@ -21,10 +21,8 @@ std::optional<Problem> take_position(Given& options, proto::SourceChange& change
   const auto found = std::find_if(options.begin(), options.end(), [](const auto& option) { return option.first == "position"; });
   if (found == options.end()) return std::nullopt;
   std::uint32_t position = 0;
-  if (const auto wrong = read_whole(found->second, {0, kLastPosition}, &position)) {
-    return Problem{"option-invalid", "position='" + found->second + "': " + *wrong,
-                   "0 for the raster that wins, 1 for the next, and so on", "position"};
-  }
+  if (const auto wrong = read_whole(found->second, {0, kLastPosition}, &position))
+    return wrong_value("position", found->second, *wrong, "0 for the raster that wins, 1 for the next, and so on");
   change.set_position(position);
   options.erase(found);
   return std::nullopt;

@@ -8,6 +8,7 @@
 #include "server/api/public_address.h"
 #include "server/datasets/ledger.h"
 #include "server/http/json.h"
+#include "server/http/percent.h"
 
 namespace cordillera::server {
 namespace {
@@ -75,14 +76,7 @@ std::string next_link(const std::string& folder, const Request& request, std::in
   std::string link = folder + "?after=" + std::to_string(after);
   for (const auto& [name, value] : request.query) {
     if (name == "after") continue;
-    link.append("&").append(name).append("=");
-    for (const char c : value) {
-      const bool plain = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '-' || c == '.' ||
-                         c == '_' || c == ',';
-      static constexpr char kHex[] = "0123456789ABCDEF";
-      const auto byte = static_cast<unsigned char>(c);
-      plain ? link += c : link.append({'%', kHex[byte >> 4], kHex[byte & 15]});
-    }
+    link.append("&").append(name).append("=").append(percent_encoded(value, ","));
   }
   return link;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "proto/letters.h"
 #include "server/api/api.h"
 
 namespace cordillera::server {
@@ -10,14 +11,13 @@ namespace {
 
 constexpr std::size_t kLongest = 255;
 
-bool plain(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9'); }
-
 /// The first word of a header, as the proxy next to the client wrote it; empty if it has other characters than these.
 std::string word(const Request& request, const std::string& name, std::string_view others) {
   std::string text = request.header(name).value_or("");
   text.resize(std::min(text.find(','), text.size()));
   text.erase(text.find_last_not_of(' ') + 1);
-  const bool fine = std::all_of(text.begin(), text.end(), [&](char c) { return plain(c) || others.find(c) != others.npos; });
+  const auto may_stand = [&](char c) { return proto::is_letter_or_digit(c) || others.find(c) != others.npos; };
+  const bool fine = std::all_of(text.begin(), text.end(), may_stand);
   return fine && text.size() <= kLongest ? text : "";
 }
 

@@ -13,6 +13,7 @@
 #include "pipeline/faces/tiles_3d/photo_texture.h"
 #include "raster/gdal/formats.h"
 #include "raster/mosaic/source_list.h"
+#include "raster/place/area.h"
 #include "raster/source.h"
 #include "server/api/estimate_json.h"
 #include "server/cli/commands.h"
@@ -185,9 +186,8 @@ proto::Result<void> check_before(const pipeline::BuildRequest& request, const pi
   if (!look.photo) return {};
   const auto source = pipeline::open_source(request);
   if (!source) return source.problem();
-  const auto& b = (*source)->description().bbox();
-  if (b.size() < 4) return {};
-  return pipeline::faces::check_photo(*look.photo, {b[0], b[1], b[2] < b[0] ? b[2] + 360 : b[2], b[3]});
+  const auto data = raster::area_of((*source)->description().bbox());
+  return data ? pipeline::faces::check_photo(*look.photo, *data) : proto::Result<void>();
 }
 
 }  // namespace

@@ -1,10 +1,9 @@
 // cordillera decode: a tile file read back with Draco's own decoder, so that anyone can check what curl brought.
 #include <filesystem>
-#include <fstream>
 #include <iostream>
-#include <sstream>
 
 #include "pipeline/encode/decode.h"
+#include "proto/files.h"
 #include "server/cli/commands.h"
 
 namespace cordillera::server {
@@ -12,13 +11,9 @@ namespace {
 
 proto::Result<std::string> read_file(const std::string& path) {
   std::error_code error;
-  std::ifstream file(path, std::ios::binary);
-  if (!file || !std::filesystem::is_regular_file(path, error)) {
-    return proto::Problem{"file-unreadable", "cannot read " + path, "a .drc or .glb tile", "path"};
-  }
-  std::ostringstream bytes;
-  bytes << file.rdbuf();
-  return bytes.str();
+  auto bytes = std::filesystem::is_regular_file(path, error) ? proto::bytes_of_file(path) : std::nullopt;
+  if (!bytes) return proto::Problem{"file-unreadable", "cannot read " + path, "a .drc or .glb tile", "path"};
+  return std::move(*bytes);
 }
 
 int refuse(proto::Problem problem, const std::string& path) {

@@ -94,10 +94,8 @@ proto::Result<std::string> export_mesh(MeshKind kind, const ExportLine& line, co
   if (!request) return request.problem();
   if (!line.most_triangles.empty()) {
     double most = 0;
-    if (const Complaint complaint = read_number(line.most_triangles, {1, 1e8}, &most)) {
-      return Problem{"option-invalid", "--max-triangles='" + line.most_triangles + "': " + *complaint, "1 to 100000000",
-                     "--max-triangles"};
-    }
+    if (const Complaint complaint = read_number(line.most_triangles, {1, 1e8}, &most))
+      return wrong_value("--max-triangles", line.most_triangles, *complaint, "1 to 100000000");
     request->most_triangles = static_cast<std::uint64_t>(most);
   }
   if (const auto held = check_frame(kind, request->frame); !held) return held.problem();

@@ -10,33 +10,29 @@ namespace {
 using gpu::fit::MeshTarget;
 using gpu::fit::Quality;
 
-constexpr double kMostTriangles = 4294967295.0, kGreatestError = 1e9;
+constexpr double kMostCounted = 4294967295.0, kGreatestError = 1e9;
 
-proto::Result<MeshTarget> share(const std::string& text) {
+proto::Result<double> share(const std::string& text) {
   double value = 0;
-  if (const Complaint complaint = read_number(text, {0, 1}, &value)) {
-    return wrong_value("--keep", text, *complaint, "a number above 0 up to 1");
-  }
-  if (!(value > 0)) return wrong_value("--keep", text, "nothing would be left", "a number above 0 up to 1");
-  return MeshTarget::keep(value);
+  Complaint complaint = read_number(text, {0, 1}, &value);
+  if (!complaint && value == 0) complaint = "nothing would be left";
+  if (complaint) return wrong_value("--keep", text, *complaint, "a number above 0 up to 1");
+  return value;
 }
 
-proto::Result<MeshTarget> count(const std::string& text) {
+proto::Result<std::uint64_t> count(const std::string& name, const std::string& text) {
   double value = 0;
-  const std::string accepted = "a whole number from 1 on";
-  if (const Complaint complaint = read_number(text, {1, kMostTriangles}, &value)) {
-    return wrong_value("--triangles", text, *complaint, accepted);
-  }
-  if (value != std::floor(value)) return wrong_value("--triangles", text, "not a whole number", accepted);
-  return MeshTarget::triangles(static_cast<std::uint64_t>(value));
+  Complaint complaint = read_number(text, {1, kMostCounted}, &value);
+  if (!complaint && value != std::floor(value)) complaint = "not a whole number";
+  if (complaint) return wrong_value(name, text, *complaint, "a whole number from 1 on");
+  return static_cast<std::uint64_t>(value);
 }
 
-proto::Result<MeshTarget> bound(const std::string& text) {
-  double value = 0;
-  if (const Complaint complaint = read_number(text, {0, kGreatestError}, &value)) {
-    return wrong_value("--error", text, *complaint, "metres, 0 or more");
-  }
-  return MeshTarget::error_m(value);
+/// One size is wanted, neither none nor several. usual: the option that a problem names.
+std::optional<proto::Problem> check_wishes(int given, const std::string& accepted, const std::string& usual) {
+  if (given == 1) return std::nullopt;
+  if (given == 0) return proto::Problem{"usage", "simplify needs to know how small the mesh is to be", accepted, usual};
+  return proto::Problem{"options-conflict", "there are several wishes how small the mesh is to be", accepted, usual};
 }
 
 proto::Result<MeshTarget> target_of(const SimplifyLine& line) {
@@ -50,12 +46,19 @@ proto::Result<MeshTarget> target_of(const SimplifyLine& line) {
     return proto::Problem{"options-conflict", name + " is no option of waves", "--strategy cleap or sequential", name};
   }
   const int given = !line.keep.empty() + !line.triangles.empty() + !line.error.empty();
-  if (given == 0) return proto::Problem{"usage", "simplify needs to know how small the mesh is to be", accepted, "--keep"};
-  if (given > 1) {
-    return proto::Problem{"options-conflict", "there are several wishes how small the mesh is to be", accepted, "--keep"};
+  if (auto problem = check_wishes(given, accepted, "--keep")) return *problem;
+  if (!line.keep.empty()) {
+    const auto kept = share(line.keep);
+    return kept ? proto::Result<MeshTarget>(MeshTarget::keep(*kept)) : kept.problem();
   }
-  if (!line.keep.empty()) return share(line.keep);
-  return line.triangles.empty() ? bound(line.error) : count(line.triangles);
+  if (!line.triangles.empty()) {
+    const auto triangles = count("--triangles", line.triangles);
+    return triangles ? proto::Result<MeshTarget>(MeshTarget::triangles(*triangles)) : triangles.problem();
+  }
+  double error_m = 0;
+  if (const Complaint complaint = read_number(line.error, {0, kGreatestError}, &error_m))
+    return wrong_value("--error", line.error, *complaint, "metres, 0 or more");
+  return MeshTarget::error_m(error_m);
 }
 
 /// The published algorithm knows no error, and no quality but its own options.
@@ -69,28 +72,19 @@ proto::Result<CleapRequest> published_request(const SimplifyLine& line, const st
     return proto::Problem{"options-conflict", "--quality is an option of waves", "--strategy waves", "--quality"};
   }
   const int given = !line.keep.empty() + !line.triangles.empty() + !line.collapses.empty();
-  if (given == 0) return proto::Problem{"usage", "simplify needs to know how small the mesh is to be", accepted, "--collapses"};
-  if (given > 1) {
-    return proto::Problem{"options-conflict", "there are several wishes how small the mesh is to be", accepted, "--collapses"};
-  }
+  if (auto problem = check_wishes(given, accepted, "--collapses")) return *problem;
   auto request = cleap_request(strategy, line.cleap);
   if (!request) return request;
-  if (!line.collapses.empty()) {
-    double value = 0;
-    const std::string whole = "a whole number from 1 on";
-    if (const Complaint complaint = read_number(line.collapses, {1, kMostTriangles}, &value)) {
-      return wrong_value("--collapses", line.collapses, *complaint, whole);
-    }
-    if (value != std::floor(value)) return wrong_value("--collapses", line.collapses, "not a whole number", whole);
-    request->target.collapses = static_cast<std::uint64_t>(value);
+  if (!line.keep.empty()) {
+    const auto kept = share(line.keep);
+    if (!kept) return kept.problem();
+    request->keep = *kept;
     return request;
   }
-  const auto target = line.keep.empty() ? count(line.triangles) : share(line.keep);
-  if (!target) return target.problem();
-  if (line.keep.empty())
-    request->target.triangles = static_cast<std::uint64_t>(target->value);
-  else
-    request->keep = target->value;
+  const bool collapses = !line.collapses.empty();
+  const auto counted = collapses ? count("--collapses", line.collapses) : count("--triangles", line.triangles);
+  if (!counted) return counted.problem();
+  (collapses ? request->target.collapses : request->target.triangles) = *counted;
   return request;
 }
 

@@ -59,9 +59,8 @@ proto::Result<std::vector<std::size_t>> tasks_of(const WorkLine& line, const pro
   const auto tasks = static_cast<std::uint32_t>(stage.tasks_size());
   std::uint32_t task = 0, part = 0, parts = 1;
   if (!line.task.empty()) {
-    if (const auto wrong = read_whole(line.task, {0, tasks - 1}, &task)) {
-      return Problem{"option-invalid", "--task='" + line.task + "': " + *wrong, "0 to " + std::to_string(tasks - 1), "--task"};
-    }
+    if (const auto wrong = read_whole(line.task, {0, tasks - 1}, &task))
+      return wrong_value("--task", line.task, *wrong, "0 to " + std::to_string(tasks - 1));
     return std::vector<std::size_t>{task};
   }
   const std::size_t slash = line.part.find('/');
@@ -105,9 +104,8 @@ proto::Result<std::vector<std::string>> devices_of(const std::string& asked) {
                      "--device"};
     return devices;
   }
-  if (const auto wrong = read_device(asked, &devices.emplace_back())) {
-    return Problem{"option-invalid", "--device='" + asked + "': " + *wrong, "auto, cpu, cuda, cuda:N or cuda:all", "--device"};
-  }
+  if (const auto wrong = read_device(asked, &devices.emplace_back()))
+    return wrong_value("--device", asked, *wrong, "auto, cpu, cuda, cuda:N or cuda:all");
   return devices;
 }
 
@@ -119,9 +117,8 @@ proto::Result<void> do_stage(const proto::WorkPlan& plan, int number, const Work
   if (!devices) return devices.problem();
   work::WorkOrder order{line.folder, *devices, 0};
   if (!line.threads.empty()) {
-    if (const auto wrong = read_whole(line.threads, {0, 1024}, &order.threads)) {
-      return Problem{"option-invalid", "--threads='" + line.threads + "': " + *wrong, "0 to 1024", "--threads"};
-    }
+    if (const auto wrong = read_whole(line.threads, {0, 1024}, &order.threads))
+      return wrong_value("--threads", line.threads, *wrong, "0 to 1024");
   }
   TaskCounter counter(tasks->size(), line.words);
   return work::do_tasks(

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "server/http/percent.h"
+
 namespace cordillera::server::client {
 namespace {
 

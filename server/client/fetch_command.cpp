@@ -159,7 +159,7 @@ std::optional<Problem> check(const FetchLine& line, std::size_t* connections) {
                    "id"};
   std::uint32_t number = 0;
   if (const auto wrong = read_whole(line.connections, {1, 32}, &number))
-    return Problem{"option-invalid", "--connections='" + line.connections + "': " + *wrong, "1 to 32", "--connections"};
+    return wrong_value("--connections", line.connections, *wrong, "1 to 32");
   *connections = line.middle ? 1 : number;  // one after the other: the first that is there counts
   const bool document = line.what.size() == 1 && !line.what.front().ends_with("/");
   if (line.output.empty() && !document)

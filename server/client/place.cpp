@@ -81,19 +81,4 @@ proto::Result<Place> find_place(const PlaceWords& words) {
   return place;
 }
 
-std::string percent_encoded(const std::string& text) {
-  static constexpr char kHex[] = "0123456789ABCDEF";
-  std::string out;
-  for (const unsigned char c : text) {
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '.' ||
-                       c == '_' || c == '~';
-    if (plain) {
-      out += static_cast<char>(c);
-    } else {
-      out.append(1, '%').append(1, kHex[c >> 4]).append(1, kHex[c & 15]);
-    }
-  }
-  return out;
-}
-
 }  // namespace cordillera::server::client

@@ -24,7 +24,4 @@ struct Place {
 /// CORDILLERA_TOKEN_FILE, the first that is there. Warnings go to stderr.
 proto::Result<Place> find_place(const PlaceWords& words);
 
-/// "Straße 1.tif" -> "Stra%C3%9Fe%201.tif": one part of a path, or a name or value of a query.
-std::string percent_encoded(const std::string& text);
-
 }  // namespace cordillera::server::client

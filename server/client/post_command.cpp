@@ -5,6 +5,7 @@
 #include "server/client/commands.h"
 #include "server/client/events.h"
 #include "server/client/sender.h"
+#include "server/http/percent.h"
 #include "server/options/option_values.h"
 
 namespace cordillera::server::client {

@@ -4,12 +4,15 @@
 #include <cmath>
 #include <set>
 
+#include "raster/place/area.h"
+#include "server/options/option_values.h"
 #include "server/options/options.h"
 
 namespace cordillera::server::client {
 namespace {
 
 using proto::Problem;
+using raster::Area;
 
 constexpr std::size_t kMost = 2'000'000;     // addresses of one command
 constexpr std::size_t kMostOfMiddle = 2000;  // tries
@@ -20,22 +23,13 @@ struct TileFormat {
 };
 constexpr TileFormat kFormats[] = {{"drc", "tiles/"}, {"glb", "tiles/"}, {"terrain", "terrain/"}};
 
-/// Degrees; east is beyond 180 where it lies across the antimeridian.
-struct Box {
-  double west, south, east, north;
-};
-
-Box unwrapped(const std::vector<double>& numbers) {
-  return {numbers[0], numbers[1], numbers[2] < numbers[0] ? numbers[2] + 360 : numbers[2], numbers[3]};
-}
-
 struct Levels {
   std::uint32_t least = 0, finest = 0;
 };
 
 /// What of a manifest says where tiles are.
 struct DatasetExtent {
-  Box box;
+  Area box;
   Levels levels;
 };
 
@@ -46,7 +40,7 @@ proto::Result<DatasetExtent> extent_of(const Json& manifest) {
                      std::all_of(bounds.begin(), bounds.end(), [](const Json& number) { return number.is_number(); });
   if (!sound)
     return Problem{"answer-unknown", "the manifest does not say where the dataset is", "a service of this version", "--server"};
-  return DatasetExtent{unwrapped(bounds.get<std::vector<double>>()),
+  return DatasetExtent{*raster::area_of(bounds.get<std::vector<double>>()),
                        {manifest.value("min_level", 0u), manifest["max_level"].get<std::uint32_t>()}};
 }
 
@@ -59,17 +53,16 @@ proto::Result<Levels> read_levels(const std::string& text, const Levels& all) {
   if (!wrong) wrong = read_whole(dash == text.npos ? text : text.substr(dash + 1), range, &levels.finest);
   if (!wrong && levels.least > levels.finest) wrong = "the first level is above the second";
   if (!wrong) return levels;
-  return Problem{
-      "option-invalid", "--level='" + text + "': " + *wrong,
-      "a level from " + std::to_string(all.least) + " to " + std::to_string(all.finest) + ", or two with a dash between",
-      "--level"};
+  return wrong_value(
+      "--level", text, *wrong,
+      "a level from " + std::to_string(all.least) + " to " + std::to_string(all.finest) + ", or two with a dash between");
 }
 
-proto::Result<Box> read_box(const std::string& text, const Box& all) {
+proto::Result<Area> read_box(const std::string& text, const Area& all) {
   if (text.empty()) return all;
   const auto settings = with_layer({}, build_options(), {{"--bbox", text}}, Spelling::command_line);
   if (!settings) return settings.problem();
-  return unwrapped({settings->build.bbox().begin(), settings->build.bbox().end()});
+  return *raster::area_of(settings->build.bbox());
 }
 
 std::string address(const TileFormat& format, std::uint32_t level, long column, long row) {
@@ -87,16 +80,16 @@ struct ColumnsAndRows {
   std::set<long> columns;
   std::pair<long, long> rows = {0, -1};
 };
-ColumnsAndRows range_of(const Box& data, const Box& box, std::uint32_t level) {
+ColumnsAndRows range_of(const Area& data, const Area& box, std::uint32_t level) {
   ColumnsAndRows range;
   const double tiles = std::ldexp(1.0, static_cast<int>(level));
   const long around = 2l << level, top = 1l << level;
-  const double south = std::max(data.south, box.south), north = std::min(data.north, box.north);
+  const double south = std::max(data.south_deg, box.south_deg), north = std::min(data.north_deg, box.north_deg);
   if (south > north) return range;
   range.rows = between((south + 90) / 180 * tiles, (north + 90) / 180 * tiles);
   range.rows = {std::clamp(range.rows.first, 0l, top - 1), std::clamp(range.rows.second, 0l, top - 1)};
   for (const double turn : {-360.0, 0.0, 360.0}) {
-    const double west = std::max(data.west, box.west + turn), east = std::min(data.east, box.east + turn);
+    const double west = std::max(data.west_deg, box.west_deg + turn), east = std::min(data.east_deg, box.east_deg + turn);
     if (west > east) continue;
     const auto [first, last] = between((west + 180) / 180 * tiles, (east + 180) / 180 * tiles);
     for (long column = first; column <= last; ++column) range.columns.insert(((column % around) + around) % around);
@@ -108,7 +101,7 @@ proto::Result<TileFormat> read_format(const std::string& name) {
   for (const TileFormat& format : kFormats) {
     if (name == format.name) return format;
   }
-  return Problem{"option-invalid", "--format='" + name + "': no such kind of tile", "drc, glb or terrain", "--format"};
+  return wrong_value("--format", name, "no such kind of tile", "drc, glb or terrain");
 }
 
 bool is_tile(const std::string& what, const TileFormat& format) {
@@ -158,12 +151,11 @@ proto::Result<std::vector<std::string>> addresses_of(const Json& manifest, const
     }
   }
   if (!addresses.empty()) return addresses;
-  const Box& data = extent->box;
+  const Area& data = extent->box;
   const auto degrees = [](double value) { return shown(std::round(value * 1e4) / 1e4); };
-  return Problem{"option-invalid", "--bbox='" + words.bbox + "': the dataset is elsewhere",
-                 "a box that meets " + degrees(data.west) + "," + degrees(data.south) + "," +
-                     degrees(data.east > 180 ? data.east - 360 : data.east) + "," + degrees(data.north),
-                 "--bbox"};
+  return wrong_value("--bbox", words.bbox, "the dataset is elsewhere",
+                     "a box that meets " + degrees(data.west_deg) + "," + degrees(data.south_deg) + "," +
+                         degrees(data.east_deg > 180 ? data.east_deg - 360 : data.east_deg) + "," + degrees(data.north_deg));
 }
 
 proto::Result<std::vector<std::string>> addresses_from_the_middle(const Json& manifest, const std::string& format_name) {
@@ -173,9 +165,9 @@ proto::Result<std::vector<std::string>> addresses_from_the_middle(const Json& ma
   if (!format) return format.problem();
   const std::uint32_t level = extent->levels.finest;
   const double tiles = std::ldexp(1.0, static_cast<int>(level));
-  const Box& data = extent->box;
-  const auto [west, east] = between((data.west + 180) / 180 * tiles, (data.east + 180) / 180 * tiles);
-  const auto [south, north] = between((data.south + 90) / 180 * tiles, (data.north + 90) / 180 * tiles);
+  const Area& data = extent->box;
+  const auto [west, east] = between((data.west_deg + 180) / 180 * tiles, (data.east_deg + 180) / 180 * tiles);
+  const auto [south, north] = between((data.south_deg + 90) / 180 * tiles, (data.north_deg + 90) / 180 * tiles);
   struct Numbers {
     long distance, column, row;
   };

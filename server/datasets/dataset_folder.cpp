@@ -1,9 +1,9 @@
 #include "server/datasets/dataset_folder.h"
 
 #include <fstream>
-#include <sstream>
 
 #include "pipeline/store/store.h"
+#include "proto/files.h"
 #include "raster/disk/write_all.h"
 #include "raster/storage/storage.h"
 #include "server/datasets/ledger.h"
@@ -59,11 +59,9 @@ proto::Result<void> write_record(const fs::path& folder, const Dataset& dataset)
 }
 
 std::optional<Dataset> read_record(const fs::path& folder) {
-  std::ifstream file(folder / kRecordFile);
-  std::ostringstream text;
-  text << file.rdbuf();
+  const auto text = proto::bytes_of_file(folder / kRecordFile);
   proto::DatasetRecord record;
-  if (!from_json(text.str(), &record) || record.id() != folder.filename().string()) return std::nullopt;
+  if (!text || !from_json(*text, &record) || record.id() != folder.filename().string()) return std::nullopt;
   return dataset_of(record);
 }
 

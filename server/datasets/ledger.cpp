@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <fstream>
 #include <set>
-#include <sstream>
 
 #include "pipeline/store/sqlite.h"
+#include "proto/files.h"
 #include "raster/storage/storage.h"
 #include "server/datasets/dataset_folder.h"
 #include "server/http/digest.h"
@@ -47,10 +46,8 @@ proto::Result<proto::SourceChanges> read_file(const fs::path& folder) {
   proto::SourceChanges changes;
   if (!is_changeable(folder)) return changes;
   const fs::path place = folder / kChangesFile;
-  std::ifstream file(place);
-  std::ostringstream text;
-  text << file.rdbuf();
-  if (file && read_list(text.str(), &changes)) return changes;
+  const auto text = proto::bytes_of_file(place);
+  if (text && read_list(*text, &changes)) return changes;
   return damaged(place, "is missing or cannot be read");
 }
 

@@ -6,8 +6,11 @@
 
 #include <fstream>
 #include <new>
+#include <span>
 #include <stdexcept>
 #include <vector>
+
+#include "proto/letters.h"
 
 namespace cordillera::server {
 namespace {
@@ -49,25 +52,13 @@ std::string random_letters(std::size_t count) {
   return word;
 }
 
-std::string random_hex(std::size_t bytes) {
-  std::string hex;
-  for (const unsigned char byte : random_bytes(bytes)) {
-    hex += "0123456789abcdef"[byte >> 4];
-    hex += "0123456789abcdef"[byte & 15];
-  }
-  return hex;
-}
+std::string random_hex(std::size_t bytes) { return proto::hex(random_bytes(bytes)); }
 
 std::string Digest::finish() {
   unsigned char bytes[EVP_MAX_MD_SIZE];
   unsigned int count = 0;
   expect(EVP_DigestFinal_ex(state_->context, bytes, &count));
-  std::string hex;
-  for (unsigned int i = 0; i < count; ++i) {
-    hex += "0123456789abcdef"[bytes[i] >> 4];
-    hex += "0123456789abcdef"[bytes[i] & 15];
-  }
-  return hex;
+  return proto::hex(std::span(bytes, count));
 }
 
 std::string digest_of_file(const std::filesystem::path& file) {

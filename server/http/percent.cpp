@@ -1,5 +1,7 @@
 #include "server/http/percent.h"
 
+#include "proto/letters.h"
+
 namespace cordillera::server {
 namespace {
 
@@ -33,14 +35,12 @@ std::string percent_decoded(std::string_view text, AddressPart part) {
   return out;
 }
 
-std::string percent_encoded(std::string_view text) {
+std::string percent_encoded(std::string_view text, std::string_view others) {
   constexpr const char* kHex = "0123456789ABCDEF";
   std::string encoded;
   for (const char c : text) {
     const auto byte = static_cast<unsigned char>(c);
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                       std::string_view("-._~").find(c) != std::string_view::npos;
-    if (plain)
+    if (proto::is_letter_or_digit(c) || std::string_view("-._~").find(c) != text.npos || others.find(c) != others.npos)
       encoded += c;
     else
       encoded.append({'%', kHex[byte >> 4], kHex[byte & 15]});

@@ -16,7 +16,8 @@ enum class AddressPart : std::uint8_t { path, query };
 /// a blank.
 std::string percent_decoded(std::string_view text, AddressPart part);
 
-/// All but what stands in every address as it is: letters, digits, "-", ".", "_" and "~".
-std::string percent_encoded(std::string_view text);
+/// "Straße 1.tif" -> "Stra%C3%9Fe%201.tif": one part of a path, or a name or value of a query. Letters, digits, "-", ".", "_" and
+/// "~" stand in every address as they are, and so do these others here.
+std::string percent_encoded(std::string_view text, std::string_view others = "");
 
 }  // namespace cordillera::server

@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <random>
 
+#include "proto/letters.h"
+
 namespace cordillera::server {
 namespace {
 
-bool fine(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' || c == '-' || c == '_' ||
-         c == ':';
-}
+bool fine(char c) { return proto::is_letter_or_digit(c) || c == '.' || c == '-' || c == '_' || c == ':'; }
 
 }  // namespace
 

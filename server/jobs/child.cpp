@@ -9,10 +9,9 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <fstream>
-#include <sstream>
 
 #include "pipeline/build/build.h"
+#include "proto/files.h"
 #include "proto/paths.h"
 #include "server/fetch/range_asks.h"
 #include "server/http/json.h"
@@ -164,11 +163,9 @@ struct ChildReport {
 
 /// The job's own clock (alarm) with time to spare: a job that was taken over may have stopped that one.
 std::optional<Clock::time_point> deadline_of(const std::filesystem::path& folder) {
-  std::ifstream file(folder / kJobFile);
-  std::ostringstream text;
-  text << file.rdbuf();
+  const auto text = proto::bytes_of_file(folder / kJobFile);
   proto::Job job;
-  if (!file || !from_json(text.str(), &job) || job.max_seconds() == 0) return std::nullopt;
+  if (!text || !from_json(*text, &job) || job.max_seconds() == 0) return std::nullopt;
   return Clock::now() + std::chrono::seconds(job.max_seconds()) + kPatience;
 }
 

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <fstream>
 #include <new>
-#include <sstream>
 #include <system_error>
 
 #include "gpu/device/device_lost.h"
@@ -16,6 +15,7 @@
 #include "pipeline/estimate/estimate.h"
 #include "pipeline/store/sqlite.h"
 #include "proto/cores.h"
+#include "proto/files.h"
 #include "raster/datum/vertical.h"
 #include "raster/disk/free_space.h"
 #include "raster/disk/write_all.h"
@@ -151,11 +151,9 @@ bool have_raster(const proto::Job& job, const std::filesystem::path& folder) {
   // A file with holes and nobody to ask has no heights there.
   std::error_code error;
   if (!updates::may_ask()) return !std::filesystem::exists(map_of(file), error);
-  std::ifstream note(folder / kFetchedFile);  // of what stands at its address: a build goes on where that is the same
-  std::ostringstream state;
-  state << note.rdbuf();
-  return raster::read_by_ranges(
-      {file.string(), std::filesystem::path(job.name()).filename().string(), state.str(), updates::ask_for});
+  // Of what stands at its address: a build goes on where that is the same.
+  const std::string state = proto::bytes_of_file(folder / kFetchedFile).value_or("");
+  return raster::read_by_ranges({file.string(), std::filesystem::path(job.name()).filename().string(), state, updates::ask_for});
 }
 
 /// What nobody may have of the folder's disk, however empty it is.
@@ -174,11 +172,9 @@ int job_main(const std::string& folder, int parent, std::uint32_t free_percent) 
   signal(SIGPIPE, SIG_IGN);
   signal(SIGXFSZ, SIG_IGN);
   signal(SIGTERM, [](int) { g_stop = true; });
-  std::ifstream file(std::filesystem::path(folder) / kJobFile);
-  std::ostringstream text;
-  text << file.rdbuf();
+  const auto text = proto::bytes_of_file(std::filesystem::path(folder) / kJobFile);
   proto::Job job;
-  if (!file || !from_json(text.str(), &job)) return fail({"internal", "the job's description cannot be read", "", ""});
+  if (!text || !from_json(*text, &job)) return fail({"internal", "the job's description cannot be read", "", ""});
   raster::keep_free(bytes_to_leave(folder, free_percent));
   if (!have_raster(job, folder)) return fail({"internal", "the job's raster cannot be read", "", ""});
   const bool confined = restrict_process(job, std::filesystem::absolute(folder), *job.mutable_options());

@@ -1,10 +1,8 @@
 #include "server/jobs/update_job.h"
 
-#include <fstream>
-#include <sstream>
-
 #include "pipeline/work/update.h"
 #include "pipeline/work/work_plan.h"
+#include "proto/files.h"
 #include "server/datasets/ledger.h"
 #include "server/http/json.h"
 #include "server/jobs/provisional_job.h"
@@ -61,11 +59,9 @@ proto::Result<proto::Manifest> build_target(const proto::Job& job, const fs::pat
                                             const pipeline::ProgressCallback& progress, const std::atomic<bool>& stop) {
   std::error_code error;
   fs::current_path(folder, error);
-  std::ifstream file(kTargetFile);
-  std::ostringstream text;
-  text << file.rdbuf();
+  const auto text = proto::bytes_of_file(kTargetFile);
   proto::DatasetVersion version;
-  if (error || !from_json(text.str(), &version) || version.sources_size() == 0) {
+  if (error || !text || !from_json(*text, &version) || version.sources_size() == 0) {
     return proto::Problem{"internal", "the version to be built cannot be read", "", ""};
   }
   const auto before = work::plan_in(kStoreFile);

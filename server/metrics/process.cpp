@@ -6,6 +6,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "proto/files.h"
 #include "server/metrics/service_metrics.h"
 
 namespace cordillera::server::metrics {
@@ -17,8 +18,7 @@ struct Stat {
 
 /// Fields of proc(5), counted from the one after the name, which may hold anything.
 Stat read_stat() {
-  std::ifstream file("/proc/self/stat");
-  std::string text((std::istreambuf_iterator<char>(file)), {});
+  const std::string text = proto::bytes_of_file("/proc/self/stat").value_or("");
   std::istringstream fields(text.substr(text.rfind(')') + 1));
   std::vector<std::string> words;
   for (std::string word; fields >> word;) words.push_back(word);

@@ -37,7 +37,7 @@ Complaint apply_level(std::string_view text, MeshRequest& request) {
 Complaint apply_bbox(std::string_view text, MeshRequest& request) {
   std::array<double, 4> box{};
   if (auto complaint = read_box(text, &box)) return complaint;
-  request.box = {box[0], box[1], box[2], box[3]};
+  request.box = raster::area_of(box);
   return std::nullopt;
 }
 

@@ -7,17 +7,11 @@
 #include <utility>
 
 #include "proto/letters.h"
+#include "proto/numbers.h"
 #include "proto/utf8.h"
 
 namespace cordillera::server {
 namespace {
-
-template <class T>
-bool parse_all(std::string_view text, T* out) {
-  if (text.size() > 1 && text.front() == '+' && text[1] != '-') text.remove_prefix(1);
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), *out);
-  return error == std::errc() && end == text.data() + text.size();
-}
 
 /// Letters put in, left out, changed, or two neighbours exchanged, to make one word of the other.
 std::size_t edits_between(const std::string& a, const std::string& b) {
@@ -35,7 +29,7 @@ std::size_t edits_between(const std::string& a, const std::string& b) {
 }
 
 /// A list as other programs write it: "7 46 8 47" and "[7, 46, 8, 47]" are 7,46,8,47.
-std::string with_commas(std::string_view text) {
+std::string comma_list(std::string_view text) {
   if (text.size() > 2 && text.front() == '[' && text.back() == ']') text = proto::trimmed(text.substr(1, text.size() - 2));
   std::string list(text);
   if (list.find(',') == list.npos)
@@ -54,20 +48,19 @@ std::string shown(double value) {
 }
 
 Complaint read_number(std::string_view text, NumberRange range, double* out) {
-  double value = 0;
-  if (!parse_all(proto::trimmed(text), &value) || !std::isfinite(value)) return "not a number";
-  if (value < range.least || value > range.greatest) { return "outside " + shown(range.least) + " to " + shown(range.greatest); }
-  *out = value;
+  const auto value = proto::signed_number<double>(proto::trimmed(text));
+  if (!value || !std::isfinite(*value)) return "not a number";
+  if (*value < range.least || *value > range.greatest) return "outside " + shown(range.least) + " to " + shown(range.greatest);
+  *out = *value;
   return std::nullopt;
 }
 
 Complaint read_whole(std::string_view text, WholeRange range, std::uint32_t* out) {
-  std::uint32_t value = 0;
-  if (!parse_all(proto::trimmed(text), &value)) return "not a whole number";
-  if (value < range.least || value > range.greatest) {
+  const auto value = proto::signed_number<std::uint32_t>(proto::trimmed(text));
+  if (!value) return "not a whole number";
+  if (*value < range.least || *value > range.greatest)
     return "outside " + std::to_string(range.least) + " to " + std::to_string(range.greatest);
-  }
-  *out = value;
+  *out = *value;
   return std::nullopt;
 }
 
@@ -89,7 +82,7 @@ Complaint read_numbers(std::string_view text, NumberRange range, std::vector<dou
 
 Complaint read_box(std::string_view text, std::array<double, 4>* out) {
   std::vector<double> box;
-  if (auto complaint = read_numbers(with_commas(proto::trimmed(text)), {-360, 360}, &box)) return complaint;
+  if (auto complaint = read_numbers(comma_list(proto::trimmed(text)), {-360, 360}, &box)) return complaint;
   if (box.size() != 4) return std::to_string(box.size()) + " numbers instead of 4";
   // What other programs take, named in the order that is wanted here: latitude first, or gdal_translate's upper left corner
   // first.

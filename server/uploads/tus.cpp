@@ -1,8 +1,8 @@
 #include "server/uploads/tus.h"
 
 #include <array>
-#include <charconv>
 
+#include "proto/numbers.h"
 #include "server/http/gzip.h"
 #include "server/http/json.h"
 #include "server/options/option_values.h"
@@ -22,10 +22,7 @@ Response with_version(Response response) {
 Response refused(const Problem& problem) { return with_version(problem_response(problem)); }
 
 std::optional<std::uint64_t> number(const std::optional<std::string>& text) {
-  std::uint64_t value = 0;
-  if (!text || text->empty()) return std::nullopt;
-  const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), value);
-  return error == std::errc() && end == text->data() + text->size() ? std::optional(value) : std::nullopt;
+  return text ? proto::number<std::uint64_t>(*text) : std::nullopt;
 }
 
 /// A client that says nothing is taken to mean this version: curl is enough for an upload.

@@ -95,23 +95,24 @@ TEST(MeshExport, RimsThatTouchKeepVerticesOfTheirOwn) {
 }
 
 TEST(MeshExport, ABoxIsCutExactly) {
-  for (const Box& box : {Box{-1.3, 23.1, 2.7, 28.9}, Box{0.31, 25.01, 0.44, 25.2}, Box{-2.8125, 22.5, 1.40625, 25.3125}}) {
+  for (const raster::Area& box : {raster::Area{-1.3, 23.1, 2.7, 28.9}, raster::Area{0.31, 25.01, 0.44, 25.2},
+                                  raster::Area{-2.8125, 22.5, 1.40625, 25.3125}}) {
     MeshRequest request = whole_level(7);
     request.box = box;
     const TriangleMesh mesh = extracted(plain_dataset(), request).mesh;
-    const double area = (box.east - box.west) * (box.north - box.south);
+    const double area = (box.east_deg - box.west_deg) * (box.north_deg - box.south_deg);
     EXPECT_NEAR(plan_area(mesh), area, 1e-9 * area);
     const double tiny = 1e-9;
     for (std::size_t v = 0; v < mesh.vertices(); ++v) {
-      EXPECT_TRUE(mesh.x[v] > box.west - tiny && mesh.x[v] < box.east + tiny && mesh.y[v] > box.south - tiny &&
-                  mesh.y[v] < box.north + tiny);
+      EXPECT_TRUE(mesh.x[v] > box.west_deg - tiny && mesh.x[v] < box.east_deg + tiny && mesh.y[v] > box.south_deg - tiny &&
+                  mesh.y[v] < box.north_deg + tiny);
     }
     for (const auto& [from, to] : rims(mesh)) {
       const auto both = [tiny](const std::vector<double>& axis, std::uint32_t a, std::uint32_t b, double at) {
         return std::abs(axis[a] - at) < tiny && std::abs(axis[b] - at) < tiny;
       };
-      EXPECT_TRUE(both(mesh.x, from, to, box.west) || both(mesh.x, from, to, box.east) || both(mesh.y, from, to, box.south) ||
-                  both(mesh.y, from, to, box.north))
+      EXPECT_TRUE(both(mesh.x, from, to, box.west_deg) || both(mesh.x, from, to, box.east_deg) ||
+                  both(mesh.y, from, to, box.south_deg) || both(mesh.y, from, to, box.north_deg))
           << "a crack inside, or a rim that is not a side of the box";
     }
   }
@@ -119,7 +120,7 @@ TEST(MeshExport, ABoxIsCutExactly) {
 
 TEST(MeshExport, FramesDescribeTheSamePoints) {
   MeshRequest request = whole_level(7);
-  request.box = Box{-0.7, 24.6, 0.9, 25.5};
+  request.box = raster::Area{-0.7, 24.6, 0.9, 25.5};
   const ExtractedMesh degrees = extracted(plain_dataset(), request);
   request.frame = Frame::ecef;
   const ExtractedMesh ecef = extracted(plain_dataset(), request);
@@ -181,7 +182,7 @@ TEST(MeshExport, RefusalsSayWhy) {
   request.tile = proto::TileAddress{15, 3, 3};
   EXPECT_EQ(slug(request), "tile-unknown");
   request = {};
-  request.box = Box{100, 10, 110, 20};
+  request.box = raster::Area{100, 10, 110, 20};
   EXPECT_EQ(slug(request), "bbox-outside-raster");
   EXPECT_EQ(check_frame(MeshKind::stl, Frame::ecef).ok(), false);
   EXPECT_EQ(check_frame(MeshKind::glb, Frame::geodetic).ok(), false);
@@ -202,7 +203,7 @@ TEST(MeshExport, TheAntimeridianIsNoSeam) {
   }
   const faces::Terrain terrain(StoreReader::open(folder / "a.db").value());
   MeshRequest request = whole_level(7);
-  request.box = Box{178, 22.8, -178, 24.1};
+  request.box = raster::Area{178, 22.8, 182, 24.1};
   for (const Frame frame : {Frame::geodetic, Frame::enu}) {
     request.frame = frame;
     const auto mesh = extract_mesh(terrain, request);

@@ -11,20 +11,18 @@ double share(double at, double size, double low, double high) {
   return std::clamp((std::min(at + size, high) - std::max(at, low)) / size, 0.0, 1.0);
 }
 
-/// The box in units; an east below the west is a circle further.
-void set_sides(const proto::Lattice& lattice, const Box& box, MeshWindow& window) {
+void set_sides(const proto::Lattice& lattice, const raster::Area& box, MeshWindow& window) {
   const double units_a_degree = static_cast<double>(lattice.rows()) / 180;
-  window.west = (box.west + 180) * units_a_degree;
-  window.east = (box.east + (box.east < box.west ? 360 : 0) + 180) * units_a_degree;
-  window.south = (box.south + 90) * units_a_degree;
-  window.north = (box.north + 90) * units_a_degree;
+  window.west = (box.west_deg + 180) * units_a_degree;
+  window.east = (box.east_deg + 180) * units_a_degree;
+  window.south = (box.south_deg + 90) * units_a_degree;
+  window.north = (box.north_deg + 90) * units_a_degree;
 }
 
 }  // namespace
 
 MeshWindow window_of(const faces::Terrain& terrain, const MeshRequest& request, int level) {
   const proto::Lattice lattice = terrain.lattice();
-  const auto& bounds = terrain.manifest().bounds();
   MeshWindow window;
   window.level = level;
   if (request.tile) {
@@ -33,7 +31,7 @@ MeshWindow window_of(const faces::Terrain& terrain, const MeshRequest& request, 
     return window;
   }
   window.clipped = request.box.has_value();
-  const Box all = bounds.size() < 4 ? Box{-180, -90, 180, 90} : Box{bounds[0], bounds[1], bounds[2], bounds[3]};
+  const raster::Area all = raster::area_of(terrain.manifest().bounds()).value_or(raster::Area{-180, -90, 180, 90});
   set_sides(lattice, request.box.value_or(all), window);
   const double units_a_degree = static_cast<double>(lattice.rows()) / 180;
   const auto side = static_cast<double>(lattice.tile_units(level));
@@ -41,8 +39,8 @@ MeshWindow window_of(const faces::Terrain& terrain, const MeshRequest& request, 
   window.x0 = static_cast<std::int64_t>(std::floor(window.west / side));
   window.x1 = std::min(static_cast<std::int64_t>(std::ceil(window.east / side)), window.x0 + across) - 1;
   // Rows without data would each cost a question.
-  const double south = std::max(window.south, (all.south + 90) * units_a_degree);
-  const double north = std::min(window.north, (all.north + 90) * units_a_degree);
+  const double south = std::max(window.south, (all.south_deg + 90) * units_a_degree);
+  const double north = std::min(window.north, (all.north_deg + 90) * units_a_degree);
   window.y0 = std::clamp(static_cast<std::int32_t>(std::floor(south / side)), 0, up - 1);
   window.y1 = std::clamp(static_cast<std::int32_t>(std::ceil(north / side)) - 1, 0, up - 1);
   return window;

@@ -7,6 +7,7 @@
 #include "pipeline/faces/terrain.h"
 #include "proto/lattice.h"
 #include "proto/result.h"
+#include "raster/place/area.h"
 
 namespace cordillera::pipeline::exports {
 
@@ -18,15 +19,10 @@ enum class Frame : std::uint8_t {
              ///< beyond 180
 };
 
-/// Degrees; west above east crosses the antimeridian.
-struct Box {
-  double west = 0, south = 0, east = 0, north = 0;
-};
-
 struct MeshRequest {
   std::optional<proto::TileAddress> tile;  ///< this tile alone; no level and no box then
   std::optional<int> level;                ///< none: the finest that stays within most_triangles
-  std::optional<Box> box;                  ///< none: everywhere
+  std::optional<raster::Area> box;         ///< none: everywhere
   Frame frame = Frame::enu;
   std::uint64_t most_triangles = 10'000'000;
 };

@@ -1,37 +1,29 @@
 #include "pipeline/faces/pictures/colour_ramp.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <optional>
+
+#include "proto/letters.h"
+#include "proto/numbers.h"
 
 namespace cordillera::pipeline::faces {
 namespace {
 
 constexpr std::size_t kColourDigits = 6;
 
-/// The whole text as a number; from_chars has no locale.
-std::optional<double> number(std::string_view text) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
-  return value;
-}
-
 std::optional<Rgb> colour(std::string_view text) {
-  std::uint32_t value = 0;
-  if (text.size() != kColourDigits) return std::nullopt;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, 16);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return Rgb{static_cast<std::uint8_t>(value >> 16), static_cast<std::uint8_t>(value >> 8), static_cast<std::uint8_t>(value)};
+  const auto value = proto::number<std::uint32_t>(text, 16);
+  if (!value || text.size() != kColourDigits) return std::nullopt;
+  return Rgb{static_cast<std::uint8_t>(*value >> 16), static_cast<std::uint8_t>(*value >> 8), static_cast<std::uint8_t>(*value)};
 }
 
 std::optional<RampStop> stop(std::string_view text) {
   const std::size_t colon = text.find(':');
   if (colon == text.npos) return std::nullopt;
-  const auto value = number(text.substr(0, colon));
+  const auto value = proto::number<double>(text.substr(0, colon));
   const auto rgb = colour(text.substr(colon + 1));
-  return value && rgb ? std::optional(RampStop{*value, *rgb}) : std::nullopt;
+  return value && std::isfinite(*value) && rgb ? std::optional(RampStop{*value, *rgb}) : std::nullopt;
 }
 
 proto::Problem refused(std::string_view text, std::string_view accepted) {
@@ -76,13 +68,8 @@ proto::Result<Ramp> ramp_stops(std::string_view text, std::string_view accepted)
 }
 
 Json ramp_json(const Ramp& ramp) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
   Json out = Json::array();
-  for (const RampStop& stop : ramp) {
-    std::string colour = "#";
-    for (const std::uint8_t channel : stop.rgb) (colour += kDigits[channel >> 4]) += kDigits[channel & 15];
-    out.push_back({std::round(stop.value * 100) / 100, colour});
-  }
+  for (const RampStop& stop : ramp) out.push_back({std::round(stop.value * 100) / 100, "#" + proto::hex(stop.rgb)});
   return out;
 }
 

@@ -46,7 +46,7 @@ struct Walk {
   const Terrain& terrain;
   Beyond beyond;
   const std::function<void(const Place&)>& found;
-  Extent extent;
+  raster::Area extent;
   Zooms zooms;
 
   /// Whether any mesh, of the level that the tile is drawn from or below it, lies under a tile.

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "raster/place/area.h"
+
 namespace cordillera::pipeline::faces {
 namespace {
 
@@ -62,8 +64,8 @@ struct HeightSpan {
 proto::Result<HeightSpan> heights_of(const Terrain& terrain) {
   const auto& bounds = terrain.manifest().bounds();
   if (bounds.size() < 6) return HeightSpan{0, 1};
-  const double east = bounds[2] < bounds[0] ? bounds[2] + 360 : bounds[2];
-  double middle = (bounds[0] + east) / 2;
+  const raster::Area area = *raster::area_of(bounds);
+  double middle = (area.west_deg + area.east_deg) / 2;
   if (middle > 180) middle -= 360;
   const auto undulation_m = terrain.undulation_m(middle, (bounds[1] + bounds[3]) / 2);
   if (!undulation_m) return undulation_m.problem();

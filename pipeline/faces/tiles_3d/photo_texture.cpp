@@ -7,6 +7,7 @@
 
 #include "pipeline/faces/pictures/webp_image.h"
 #include "raster/photo/orthophoto.h"
+#include "raster/place/area.h"
 
 namespace cordillera::pipeline::faces {
 namespace {
@@ -50,10 +51,9 @@ proto::Result<std::optional<std::string>> photo_texture(const Terrain& terrain, 
 }
 
 proto::Result<void> check_photo(const Terrain& terrain) {
-  const auto& b = terrain.manifest().bounds();
-  if (!terrain.look().photo || b.size() < 4) return {};
-  const raster::Orthophoto& photo = *terrain.look().photo;
-  return check_photo(photo, {b[0], b[1], b[2] < b[0] ? b[2] + 360 : b[2], b[3]});
+  const auto data = raster::area_of(terrain.manifest().bounds());
+  if (!terrain.look().photo || !data) return {};
+  return check_photo(*terrain.look().photo, *data);
 }
 
 proto::Result<void> check_photo(const raster::Orthophoto& photo, const raster::Area& data) {

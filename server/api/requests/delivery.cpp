@@ -1,8 +1,8 @@
 #include "server/api/requests/delivery.h"
 
 #include <algorithm>
-#include <charconv>
 
+#include "proto/numbers.h"
 #include "server/api/requests/prefer.h"
 #include "server/fetch/addresses.h"
 #include "server/http/json.h"
@@ -30,13 +30,6 @@ bool is_several(const std::string& addresses) {
   return false;
 }
 
-template <class T>
-std::optional<T> digits(std::string_view text) {
-  T value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
-}
-
 std::optional<proto::Problem> check_body(const Request& request, RasterIs raster, std::uint64_t limit, Delivery& delivery) {
   const bool bodiless = !request.header("transfer-encoding") && request.header("content-length").value_or("0") == "0";
   const char* elsewhere = !delivery.upload.empty() ? "upload" : !delivery.address.empty() ? "source" : "";
@@ -56,7 +49,7 @@ std::optional<proto::Problem> check_body(const Request& request, RasterIs raster
   // A POST that announces neither has no body (RFC 9112, 6.3); waiting for one would only end with the connection.
   if (!length && !request.header("transfer-encoding")) return body_empty();
   if (!length) return std::nullopt;
-  const auto bytes = digits<std::uint64_t>(*length);
+  const auto bytes = proto::number<std::uint64_t>(*length);
   if (!bytes) return proto::Problem{"request-invalid", "Content-Length is not a number", "the number of bytes of the body", ""};
   if (*bytes == 0) return body_empty();
   if (*bytes > limit) {

@@ -1,10 +1,10 @@
 #include "server/api/requests/elevation_query.h"
 
-#include <charconv>
 #include <cmath>
 #include <string>
 #include <string_view>
 
+#include "proto/numbers.h"
 #include "server/http/json.h"
 #include "server/options/option_values.h"
 
@@ -19,13 +19,6 @@ constexpr const char* kBodyText =
     "level and samples go with the query";
 
 std::string as_given(std::string_view text) { return std::string(1, '\'').append(text.substr(0, 60)).append(1, '\''); }
-
-template <class T>
-std::optional<T> number(std::string_view text) {
-  T value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size() && !text.empty() ? std::optional(value) : std::nullopt;
-}
 
 bool on_earth(double longitude_deg, double latitude_deg) {
   return std::abs(longitude_deg) <= 180 && std::abs(latitude_deg) <= 90;
@@ -53,8 +46,8 @@ proto::Result<std::vector<LinePoint>> places_of(std::string_view text, const std
     more = end != text.npos;
     text.remove_prefix(more ? end + 1 : text.size());
     const std::size_t comma = place.find(',');
-    const auto longitude = number<double>(place.substr(0, comma));
-    const auto latitude = comma == place.npos ? std::nullopt : number<double>(place.substr(comma + 1));
+    const auto longitude = proto::number<double>(place.substr(0, comma));
+    const auto latitude = comma == place.npos ? std::nullopt : proto::number<double>(place.substr(comma + 1));
     if (!longitude || !latitude || !on_earth(*longitude, *latitude)) {
       return proto::Problem{"option-invalid", no_place(parameter, places.size(), place), kPlaceText, parameter};
     }
@@ -186,13 +179,13 @@ proto::Result<ElevationQuery> elevation_query(const Request& request, int least_
   if (!words) return words.problem();
   ElevationQuery query;
   if (words->level) {
-    query.level = number<int>(*words->level);
+    query.level = proto::number<int>(*words->level);
     if (!query.level || *query.level < least_level || *query.level > most_level) {
       return proto::Problem{"option-invalid", "level=" + as_given(*words->level) + " is no level of this dataset",
                             std::to_string(least_level) + " to " + std::to_string(most_level), "level"};
     }
   }
-  const auto samples = words->samples ? number<std::size_t>(*words->samples) : std::optional<std::size_t>(0);
+  const auto samples = words->samples ? proto::number<std::size_t>(*words->samples) : std::optional<std::size_t>(0);
   if (!samples || (words->samples && (*samples < 2 || *samples > kMostPlaces))) {
     return proto::Problem{"option-invalid", "samples=" + as_given(*words->samples) + " is no number of samples",
                           "2 to " + std::to_string(kMostPlaces), "samples"};

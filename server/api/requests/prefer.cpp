@@ -1,10 +1,10 @@
 #include "server/api/requests/prefer.h"
 
 #include <algorithm>
-#include <charconv>
 #include <string_view>
 
 #include "proto/letters.h"
+#include "proto/numbers.h"
 
 namespace cordillera::server {
 
@@ -20,12 +20,9 @@ proto::Result<std::optional<std::chrono::seconds>> preferred_wait(const Request&
     if (equals == one.npos) return Wait(std::chrono::seconds::max());
     std::string_view digits = proto::trimmed(one.substr(equals + 1));
     digits.remove_prefix(digits.starts_with('"') ? 1 : 0);
-    digits = digits.substr(0, digits.find_first_not_of("0123456789"));
-    int seconds = 0;
-    const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), seconds);
-    if (read.ec != std::errc() || digits.empty())
-      return proto::Problem{"option-invalid", "Prefer: wait names no number of seconds", "wait=SECONDS", "Prefer"};
-    return Wait(std::chrono::seconds(seconds));
+    const auto seconds = proto::number<int>(digits.substr(0, digits.find_first_not_of("0123456789")));
+    if (!seconds) return proto::Problem{"option-invalid", "Prefer: wait names no number of seconds", "wait=SECONDS", "Prefer"};
+    return Wait(std::chrono::seconds(*seconds));
   }
   return Wait();
 }

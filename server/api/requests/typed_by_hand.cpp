@@ -1,8 +1,8 @@
 #include "server/api/requests/typed_by_hand.h"
 
 #include <algorithm>
-#include <charconv>
 
+#include "proto/numbers.h"
 #include "server/api/requests/delivery.h"
 #include "server/http/json.h"
 #include "server/http/percent.h"
@@ -69,11 +69,8 @@ proto::Result<Request> with_members(const Request& request, const Json& json) {
 
 /// A body of at most kMostJson bytes, whose length is known.
 bool is_short(const Request& request) {
-  const std::string length = request.header("content-length").value_or("");
-  std::size_t bytes = 0;
-  const auto [end, error] = std::from_chars(length.data(), length.data() + length.size(), bytes);
-  return !length.empty() && error == std::errc() && end == length.data() + length.size() && bytes <= kMostJson &&
-         request.read_body;
+  const auto bytes = proto::number<std::size_t>(request.header("content-length").value_or(""));
+  return bytes && *bytes <= kMostJson && request.read_body;
 }
 
 /// The bytes at the beginning of a raster, as far as they tell whether something was left out of them.

@@ -1,10 +1,10 @@
 #include "server/front/message/head.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cstring>
 
 #include "proto/letters.h"
+#include "proto/numbers.h"
 #include "server/front/message/beast.h"
 #include "server/front/message/target.h"
 
@@ -94,8 +94,9 @@ std::optional<Problem> read_framing(Head& head) {
     head.body = Head::Body::chunked;
   }
   if (length) {
-    const auto [end, error] = std::from_chars(length->data(), length->data() + length->size(), head.length);
-    if (error != std::errc() || end != length->data() + length->size()) return invalid("Content-Length is not a number");
+    const auto bytes = proto::number<std::uint64_t>(*length);
+    if (!bytes) return invalid("Content-Length is not a number");
+    head.length = *bytes;
     if (head.length > 0) head.body = Head::Body::sized;
   }
   return std::nullopt;

@@ -1,9 +1,9 @@
 #include "server/front/message/target.h"
 
 #include <algorithm>
-#include <charconv>
 
 #include "proto/letters.h"
+#include "proto/numbers.h"
 #include "server/access/client_address.h"
 #include "server/http/percent.h"
 
@@ -27,18 +27,12 @@ bool begins_with_scheme(std::string_view text, std::string_view scheme) {
   return text.size() > scheme.size() && proto::same_letters(text.substr(0, scheme.size()), scheme);
 }
 
-bool is_port(std::string_view text) {
-  std::uint16_t port = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
-  return text.empty() || (error == std::errc() && end == text.data() + text.size());
-}
+bool is_port(std::string_view text) { return text.empty() || proto::number<std::uint16_t>(text); }
 
 bool is_name(std::string_view text) {
   static constexpr std::string_view kOthers = "-._~!$&'()*+,;=";
   for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    const bool plain =
-        (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || kOthers.find(c) != kOthers.npos;
+    const bool plain = proto::is_letter_or_digit(text[i]) || kOthers.find(text[i]) != kOthers.npos;
     if (!plain && !escape_at(text, i)) return false;
   }
   return !text.empty();
