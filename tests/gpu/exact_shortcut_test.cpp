@@ -1,12 +1,14 @@
 // What gpu/exact leaves out, or looks at eight at a time, changes nothing: held against plain loops over samples.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
 #include "gpu/exact/steps/bounds.h"
 #include "gpu/exact/steps/eight_columns.h"
 #include "gpu/exact/steps/start.h"
+#include "gpu/exact/steps/whole_ring.h"
 #include "tests/gpu/exact_terrain.h"
 
 namespace cordillera::gpu::exact {
@@ -159,26 +161,41 @@ INSTANTIATE_TEST_SUITE_P(Made, ExactCalm,
                                          CalmCase{"rolling", 1, 0.3, 3, 0}),
                          [](const auto& test) { return std::string(test.param.terrain) + std::to_string(test.index); });
 
-// Triangles of any shape, tolerances around what they need.
+/// Triangles of any shape whose corners are samples.
+class AnyTriangles {
+ public:
+  explicit AnyTriangles(const Field& field) : field_(field) {}
+  int any(int count) { return static_cast<int>(random_() % static_cast<unsigned>(count)); }
+  Triangle next(int widest, float tolerance) {
+    for (;;) {
+      Corner corner[3];
+      const int west = any(field_.columns), south = any(field_.rows), wide = 2 + any(widest);
+      for (Corner& c : corner) {
+        c.x = std::min(west + any(wide), field_.columns - 1), c.y = std::min(south + any(wide), field_.rows - 1);
+        c.height = field_.height[field_.index(c.x, c.y)], c.is_void = false;
+      }
+      const int twice_area =
+          (corner[1].x - corner[0].x) * (corner[2].y - corner[0].y) - (corner[1].y - corner[0].y) * (corner[2].x - corner[0].x);
+      if (twice_area == 0) continue;
+      if (twice_area < 0) std::swap(corner[1], corner[2]);
+      return make_triangle(corner[0], corner[1], corner[2], {tolerance, -1, {rows_.data(), 2}});
+    }
+  }
+
+ private:
+  const Field& field_;
+  std::mt19937 random_{17};
+  const std::vector<CurveRow> rows_ = std::vector<CurveRow>(static_cast<std::size_t>(field_.rows), CurveRow{3, 0});
+};
+
+// Tolerances around what they need.
 TEST(ExactEightColumns, SayWhatEverySampleSays) {
   const MadeField made("alpine", {640, -320, 61, 50});
   const Field& field = made.field;
-  std::mt19937 random(17);
-  const auto any = [&random](int count) { return static_cast<int>(random() % static_cast<unsigned>(count)); };
-  const std::vector<CurveRow> rows(50, {3, 0});
+  AnyTriangles triangles(field);
   int fitting = 0, others = 0;
   for (int k = 0; k < 20000; ++k) {
-    Corner corner[3];
-    const int west = any(field.columns), south = any(field.rows), wide = 2 + any(20);
-    for (Corner& c : corner) {
-      c.x = std::min(west + any(wide), field.columns - 1), c.y = std::min(south + any(wide), field.rows - 1);
-      c.height = field.height[field.index(c.x, c.y)], c.is_void = false;
-    }
-    const int twice_area =
-        (corner[1].x - corner[0].x) * (corner[2].y - corner[0].y) - (corner[1].y - corner[0].y) * (corner[2].x - corner[0].x);
-    if (twice_area == 0) continue;
-    if (twice_area < 0) std::swap(corner[1], corner[2]);
-    const Triangle t = make_triangle(corner[0], corner[1], corner[2], {static_cast<float>(1 << any(16)), -1, {rows.data(), 2}});
+    const Triangle t = triangles.next(20, static_cast<float>(1 << triangles.any(16)));
     bool slowly = true, at_once = true;
     for (int y = t.south; y <= t.north; ++y) {
       for (int x = t.west; x <= t.east; ++x) slowly = slowly && sample_fits(t, field, x, y);
@@ -189,6 +206,103 @@ TEST(ExactEightColumns, SayWhatEverySampleSays) {
   }
   EXPECT_GT(fitting, 2000);
   EXPECT_GT(others, 2000);
+}
+
+// Strides of 1 and more; and units beyond those that are rounded the short way.
+TEST(ExactEightColumns, PullAsEverySampleDoes) {
+  const MadeField made("alpine", {640, -320, 61, 50});
+  const Field& field = made.field;
+  AnyTriangles triangles(field);
+  int strides[5] = {}, many_units = 0;
+  for (int k = 0; k < 20000; ++k) {
+    const float tolerance = static_cast<float>(1 << triangles.any(16));
+    const PullBox box(triangles.next(k % 2 == 0 ? 3 : 50, tolerance), tolerance);
+    float most = 0;
+    for (int y = box.t.south; y <= box.t.north; ++y) {
+      for (int x = box.t.west; x <= box.t.east; ++x) {
+        if (!box.t.covers(x, y)) continue;
+        const float off = box.t.height_above(static_cast<float>(x), static_cast<float>(y), field.height_at(x, y));
+        most = std::max(most, magnitude(off) * box.per_tolerance);
+      }
+    }
+    if (most * static_cast<float>(box.count) > 0x1p27f) continue;  // sums would not hold it
+    const Pull slowly = box.all(field), at_once = eight_columns_pull(box, field);
+    ASSERT_EQ(at_once.sum, slowly.sum) << k;
+    ASSERT_EQ(at_once.weight, slowly.weight) << k;
+    ++strides[std::min(box.stride, 4)];
+    many_units += most > 0x1p22f;
+  }
+  EXPECT_GT(strides[1], 2000);
+  EXPECT_GT(strides[2], 500);
+  EXPECT_GT(strides[4], 500);
+  EXPECT_GT(many_units, 50);
+}
+
+/// A window whose vertex 0 has a ring of all the others: anything that may come to an evaluation, and some that may not.
+class AnyStar {
+ public:
+  void make(std::mt19937& random) {
+    const auto any = [&random](int count) { return static_cast<int>(random() % static_cast<unsigned>(count)); };
+    const int valence = 3 + any(kRingWidth - 2), wide = 4 << any(6);
+    std::vector<std::pair<int, int>> around;
+    while (static_cast<int>(around.size()) < valence) {
+      const std::pair<int, int> at{any(2 * wide + 1) - wide, any(2 * wide + 1) - wide};
+      if (at != std::pair{0, 0} && std::find(around.begin(), around.end(), at) == around.end()) around.push_back(at);
+    }
+    const auto angle = [](const std::pair<int, int>& at) { return std::atan2(at.second, at.first); };
+    std::sort(around.begin(), around.end(), [&](const auto& a, const auto& b) { return angle(a) < angle(b); });
+    std::rotate(around.begin(), around.begin() + any(valence), around.end());
+    view.rules.tolerance = static_cast<float>(1 << any(14));
+    view.rules.least_width = 0.5f * static_cast<float>(any(3));
+    constexpr int kMiddle = 1000;
+    const float steep = static_cast<float>(any(200)), rough = static_cast<float>(1 << any(12));
+    const bool voids = any(4) == 0;
+    for (int v = 0; v <= valence; ++v) {
+      const auto [x, y] = v == 0 ? std::pair{0, 0} : around[static_cast<std::size_t>(v - 1)];
+      view.position(v) = pack_position(kMiddle + x, kMiddle + y);
+      view.height(v) = std::round(steep * static_cast<float>(x) + rough * static_cast<float>(any(100)) / 100);
+      view.truth(v) = view.height(v) + static_cast<float>(any(9) - 4);
+      view.flag(v) = static_cast<std::uint8_t>(voids && any(3) == 0 ? kVoidHere : any(8) == 0 ? kHeldSide : 0);
+      view.valence(v) = static_cast<std::uint8_t>(4 + any(9));
+    }
+    view.valence(0) = static_cast<std::uint8_t>(valence);
+    const int line = any(8);
+    view.flag(0) = static_cast<std::uint8_t>(view.flag(0) | (line < 4 ? line : 0) | (any(5) == 0 ? kOpenFan : 0) |
+                                             (any(50) == 0 ? kLocked : 0));
+    view.tried(0) = static_cast<std::uint16_t>(any(3) == 0 ? random() & random() & random() & ((1u << valence) - 1) : 0);
+    for (int k = 0; k < valence; ++k) view.entry(0, k) = static_cast<std::uint16_t>(1 + k);
+    view.target(0) = 0xff;
+  }
+
+ private:
+  std::vector<std::uint64_t> storage_ = std::vector<std::uint64_t>(window_bytes(0) / 8 + 1);
+  std::vector<CurveRow> rows_ = std::vector<CurveRow>(2000, CurveRow{0.01f, 1e-5f});
+
+ public:
+  WindowView view{reinterpret_cast<unsigned char*>(storage_.data()), {}, {rows_.data(), 0.01f}};
+};
+
+TEST(ExactWholeRing, SaysWhatPlaceAfterPlaceSays) {
+  std::mt19937 random(23);
+  AnyStar star;
+  int going = 0, staying = 0, two_chunks = 0;
+  for (int k = 0; k < 50000; ++k) {
+    star.make(random);
+    const WindowView& w = star.view;
+    evaluate(w, 0, AloneLane{});
+    const std::uint32_t key = w.key(0);
+    const std::uint8_t target = w.target(0), state = w.state(0);
+    w.key(0) = 0, w.target(0) = 0xff, w.state(0) = kStale;
+    evaluate_whole_ring(w, 0);
+    ASSERT_EQ(w.key(0), key) << k;
+    ASSERT_EQ(w.target(0), target) << k;
+    ASSERT_EQ(w.state(0), state) << k;
+    ++(key == kNever ? staying : going);
+    two_chunks += key != kNever && target >= 8;
+  }
+  EXPECT_GT(going, 5000);
+  EXPECT_GT(staying, 5000);
+  EXPECT_GT(two_chunks, 100);
 }
 
 }  // namespace

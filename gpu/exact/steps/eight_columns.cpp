@@ -1,20 +1,20 @@
 #include "gpu/exact/steps/eight_columns.h"
 
-#include <cstring>
-
-// A sanitizer's own calls do not work yet where the loader chooses between the versions.
-#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && \
-    defined(__OPTIMIZE__)
-#define CORDILLERA_WIDE __attribute__((target_clones("avx2", "default")))
-#else
-#define CORDILLERA_WIDE
-#endif
+#include "gpu/exact/steps/lanes.h"
 
 namespace cordillera::gpu::exact {
 namespace {
 
-using Floats = float __attribute__((vector_size(32)));
-using Ints = std::int32_t __attribute__((vector_size(32)));
+/// Eight columns of a row, `stride` samples apart; those beyond `count` are the last one's.
+CORDILLERA_LANES void load_columns(Floats& to, const float* sample, int stride, int count) {
+  if (stride == 1) return load(to, sample);
+  float columns[kLanes];
+  for (int k = 0; k < kLanes; ++k) columns[k] = sample[stride * least(k, count - 1)];
+  load(to, columns);
+}
+
+/// Below so many units nearest_whole goes the way of this constant.
+constexpr float kManyUnits = 0x1p22f, kNoFraction = 0x1.8p23f;
 
 }  // namespace
 
@@ -29,14 +29,43 @@ CORDILLERA_WIDE bool eight_columns_fit(const Triangle& t, const Field& field, in
   Ints bad = {};
   for (int y = south; y <= north; ++y, sample += field.stride) {
     Floats height;
-    std::memcpy(&height, sample, sizeof height);
+    load(height, sample);
     const Floats off = (t.height - height) + (along + t.rise_up(static_cast<float>(y - t.ey[0])));
     bad |= ((off > t.tolerance) | (off < -t.tolerance)) & ((edge[0] | edge[1] | edge[2]) >= 0);
     for (int k = 0; k < 3; ++k) edge[k] += t.along[k];
   }
-  std::uint64_t any[4];
-  std::memcpy(any, &bad, sizeof any);
-  return (any[0] | any[1] | any[2] | any[3]) == 0;
+  return !any(bad);
+}
+
+CORDILLERA_WIDE Pull eight_columns_pull(const PullBox& box, const Field& field) {
+  const Ints lane = {0, 1, 2, 3, 4, 5, 6, 7};
+  const Triangle& t = box.t;
+  Ints sum = {}, weight = {}, too_many = {};
+  const int south = box.south * box.stride;
+  for (int first = 0; first < box.columns; first += kLanes) {
+    const int west = (box.west + first) * box.stride;
+    const Ints right = box.stride * lane;
+    Ints edge[3];
+    for (int k = 0; k < 3; ++k) edge[k] = t.across[k] * right + t.edge(k, west, south);
+    const Floats u = __builtin_convertvector(right + (west - t.ex[0]), Floats);
+    const Floats along = t.dx * u + t.bend_x * (u * u);
+    for (int row = 0; row < box.rows; ++row) {
+      const int y = south + row * box.stride;
+      Floats height;
+      load_columns(height, field.height + field.index(west, y), box.stride, box.columns - first);
+      const Ints here = (edge[0] | edge[1] | edge[2]) >= 0;  // columns beyond the box are not under it
+      Floats many = -((t.height - height) + (along + t.rise_up(static_cast<float>(y - t.ey[0])))) * box.per_tolerance;
+      keep(many, here);
+      too_many |= (many >= kManyUnits) | (many <= -kManyUnits);
+      const Ints units = __builtin_convertvector((many + kNoFraction) - kNoFraction, Ints);
+      const Ints near = __builtin_convertvector(__builtin_convertvector(edge[1], Floats) * box.per_area + 0.5f, Ints) & here;
+      sum += near * units / 16;
+      weight += near * near / 16;
+      for (int k = 0; k < 3; ++k) edge[k] += t.along[k] * box.stride;
+    }
+  }
+  if (any(too_many)) return box.all(field);
+  return {sum_of(sum), sum_of(weight)};
 }
 
 }  // namespace cordillera::gpu::exact

@@ -49,6 +49,14 @@ struct PullBox {
     pull.sum += near * units / 16;
     pull.weight += near * near / 16;
   }
+  /// All of them, one after the other.
+  CORDILLERA_HD Pull all(const Field& field) const {
+    Pull pull;
+    for (int row = 0; row < rows; ++row) {
+      for (int column = 0; column < columns; ++column) add(field, column, row, pull);
+    }
+    return pull;
+  }
 };
 
 /// What is known of a height that is tried; where the target of a collapse lies otherwise.

@@ -5,17 +5,18 @@
 #include "gpu/exact/steps/eight_columns.h"
 #include "gpu/exact/steps/heights.h"
 #include "gpu/exact/steps/squares.h"
+#include "gpu/exact/steps/whole_ring.h"
 
 namespace cordillera::gpu::exact {
 
 inline constexpr int kRowsSoonSeen = 16;  ///< of eight samples
 
-/// Voids are few: squares of 8 that have none are looked at as if there were none at all.
-inline bool has_void(const Field& field, const SquareRange& range) {
+/// Voids are few: squares of 8 (of a tier) that have none are looked at as if there were none at all.
+inline bool has_void(const Field& field, const SquareRange& range, int tier = 0) {
   if (!field.has_voids()) return false;
   for (int y = range.south; y <= range.north; ++y) {
     for (int x = range.west; x <= range.east; ++x) {
-      if (has_deep_void(field.tier_depth[0][y * field.tier_stride[0] + x], -1)) return true;
+      if (has_deep_void(field.tier_depth[tier][y * field.tier_stride[tier] + x], -1)) return true;
     }
   }
   return false;
@@ -53,7 +54,7 @@ struct HostTeam {
   void sync() {}
   std::int32_t place(std::int32_t* counter) { return (*counter)++; }
   void evaluate(const WindowView& w, int n) {
-    for (int i = 0; i < n; ++i) exact::evaluate(w, w.to_evaluate(i), AloneLane{});
+    for (int i = 0; i < n; ++i) evaluate_whole_ring(w, w.to_evaluate(i));
   }
   template <class Work>
   void measure(const WindowView&, const Field& field, int n, const Work& work) {
@@ -72,9 +73,11 @@ struct HostTeam {
       Pull pull;
       for (int k = 0; k < work.count(i); ++k) {
         const PullBox box = work.box(i, k);
-        for (int row = 0; row < box.rows; ++row) {
-          for (int column = 0; column < box.columns; ++column) box.add(field, column, row, pull);
-        }
+        const int tier = first_tier(box.t);
+        const bool plain = field.height && !has_void(field, squares_under(box.t, tier), tier);
+        const Pull part = plain ? eight_columns_pull(box, field) : box.all(field);
+        pull.sum += part.sum;
+        pull.weight += part.weight;
       }
       w.pull(work.vertex(i)) = pull.sum;
       w.pull_weight(work.vertex(i)) = pull.weight;
