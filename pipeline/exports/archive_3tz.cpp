@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
-#include <stdexcept>
 #include <vector>
 
 #include "pipeline/encode/little_endian.h"
+#include "pipeline/exports/tile_places.h"
 #include "pipeline/exports/whole_file.h"
 #include "pipeline/exports/zip_writer.h"
 #include "pipeline/store/content_hash.h"
@@ -46,14 +46,11 @@ void write(const faces::Terrain& terrain, const faces::Face& face, const fs::pat
     const std::string hash = md5(path);
     entries.push_back({{little_endian_at<std::uint64_t>(hash, 0), little_endian_at<std::uint64_t>(hash, 8)}, offset});
   };
-  face.each_path(terrain, [&](const std::string& path) {
-    const auto found = faces::find(path);
-    if (!found) throw std::logic_error("a face names " + path + ", which it does not know");
-    add(path, made(terrain, *found->resource, found->place).bytes);
+  each_named(terrain, face, [&](const std::string& path, const faces::Found& found) {
+    add(path, made(terrain, *found.resource, found.place).bytes);
   });
-  add(kManifest,
-      manifest_json(
-          terrain.manifest()));  // no client of 3D Tiles asks for it: it says what the tiles were made of, as in a folder
+  // No client of 3D Tiles asks for it: it says what the tiles were made of, as in a folder.
+  add(kManifest, manifest_json(terrain.manifest()));
   zip.add(kIndex, index_bytes(std::move(entries)));
   zip.finish();
   out.close();

@@ -8,6 +8,8 @@
 #include <set>
 
 #include "pipeline/exports/folder_page.h"
+#include "pipeline/exports/tile_places.h"
+#include "pipeline/exports/whole_file.h"
 #include "pipeline/store/sqlite.h"
 #include "pipeline/tileset/manifest_json.h"
 
@@ -22,11 +24,6 @@ constexpr const char* kAccepted = "a folder that is missing, empty or an earlier
 Problem write_problem(const std::string& folder, const std::string& why) {
   return {"export-write", "the folder " + folder + " cannot be written: " + why, kAccepted, "output"};
 }
-
-// A face that cannot be made ends the walk.
-struct Refused {
-  Problem problem;
-};
 
 // The temporary sibling; removed unless it was moved into place.
 class Workplace {
@@ -61,13 +58,8 @@ class Workplace {
 
 void write_faces(const faces::Terrain& terrain, const std::vector<const faces::Face*>& chosen, Workplace& to) {
   for (const faces::Face* face : chosen) {
-    face->each_path(terrain, [&](const std::string& path) {
-      const auto found = faces::find(path);
-      if (!found) throw std::logic_error("a face names " + path + ", which it does not know");
-      const auto made = found->resource->make(terrain, found->place);
-      if (!made.ok()) throw Refused{made.problem()};
-      if (!*made) throw StoreError("the bytes of " + path + " are missing");
-      to.write(path, (*made)->bytes);
+    exports::each_named(terrain, *face, [&](const std::string& path, const faces::Found& found) {
+      to.write(path, exports::made(terrain, *found.resource, found.place).bytes);
     });
   }
 }
@@ -129,7 +121,7 @@ proto::Result<void> export_static(const faces::Terrain& terrain, const std::vect
     if (has_page) work.write(kFolderPage, folder_page(terrain));
     move_into_place(work, target);
     return {};
-  } catch (const Refused& refused) { return refused.problem; } catch (const fs::filesystem_error& e) {
+  } catch (const exports::Refused& refused) { return refused.problem; } catch (const fs::filesystem_error& e) {
     return write_problem(folder, e.code().message());
   } catch (const StoreError& e) { return write_problem(folder, std::string("its store failed: ") + e.what()); }
 }

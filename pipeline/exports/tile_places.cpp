@@ -23,15 +23,22 @@ const Resource* tiles_of(const faces::Face& face) {
   return nullptr;
 }
 
-void each_place(const faces::Terrain& terrain, const faces::Face& face, const Resource& tiles,
-                const std::function<void(const Place&)>& visit) {
+void each_named(const faces::Terrain& terrain, const faces::Face& face,
+                const std::function<void(const std::string& path, const faces::Found& found)>& visit) {
   face.each_path(terrain, [&](const std::string& path) {
     const auto found = faces::find(path);
     if (!found) throw std::logic_error("a face names " + path + ", which it does not know");
-    const Place& at = found->place;
-    if (found->resource->path == tiles.path) visit(at);
-    const bool below_a_root = found->resource->grid == Grid::implicit && tiles.grid == Grid::geodetic;
-    if (!below_a_root || ending(found->resource->path) != ending(tiles.path)) return;
+    visit(path, *found);
+  });
+}
+
+void each_place(const faces::Terrain& terrain, const faces::Face& face, const Resource& tiles,
+                const std::function<void(const Place&)>& visit) {
+  each_named(terrain, face, [&](const std::string&, const faces::Found& found) {
+    const Place& at = found.place;
+    if (found.resource->path == tiles.path) visit(at);
+    const bool below_a_root = found.resource->grid == Grid::implicit && tiles.grid == Grid::geodetic;
+    if (!below_a_root || ending(found.resource->path) != ending(tiles.path)) return;
     if (const auto tile = absolute_tile(at.root, at.z, at.x, at.y)) visit({0, tile->z, tile->x, tile->y});
   });
 }

@@ -2,6 +2,7 @@
 // The tiles of a face that stand in one quadtree, and where archives of square tiles have them.
 #include <cstdint>
 #include <functional>
+#include <string>
 
 #include "pipeline/faces/face.h"
 
@@ -10,6 +11,10 @@ namespace cordillera::pipeline::exports {
 /// The tiles that an archive of a face holds: the first of its resources whose path has z, x and y of a whole grid. Null where it
 /// has none.
 const faces::Resource* tiles_of(const faces::Face& face);
+
+/// Every path that the face names, and what stands there, in the face's order.
+void each_named(const faces::Terrain& terrain, const faces::Face& face,
+                const std::function<void(const std::string& path, const faces::Found& found)>& visit);
 
 /// Every place that the face names for these tiles, in the face's order. A tile that it names below an implicit root is named by
 /// its absolute address.

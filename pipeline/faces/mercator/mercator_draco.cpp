@@ -66,15 +66,11 @@ void each_path(const Terrain& terrain, const PathSink& sink) {
   const Zooms zooms = mercator_draco_zooms(terrain.manifest());
   const MercatorGrid grid(terrain);
   for (int zoom = zooms.first; zoom <= zooms.last; ++zoom) {
-    for (const TileRange& range : quantized_ranges(grid, zoom)) {
-      for (std::int32_t y = range.start_y; y <= range.end_y; ++y) {
-        for (std::int32_t x = range.start_x; x <= range.end_x; ++x) {
-          const Place place{0, zoom, x, grid.up(zoom) - 1 - y};
-          const auto made = tile(terrain, place);
-          if (!made || *made) sink(path_of(kResources[1], place));  // a problem is told to whoever fetches it
-        }
-      }
-    }
+    each_quantized_tile(grid, zoom, [&](const proto::TileAddress& at) {
+      const Place place{0, zoom, at.x, grid.up(zoom) - 1 - at.y};
+      const auto made = tile(terrain, place);
+      if (!made || *made) sink(path_of(kResources[1], place));  // a problem is told to whoever fetches it
+    });
   }
   if (zooms.first <= zooms.last) sink(std::string(kDocument));
 }

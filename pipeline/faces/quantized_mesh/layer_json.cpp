@@ -87,6 +87,18 @@ std::vector<TileRange> quantized_ranges(const MeshGrid& grid, int z) {
   return out;
 }
 
+void each_quantized_tile(const MeshGrid& grid, int z, const TileVisitor& visit) {
+  for (const TileRange& range : quantized_ranges(grid, z)) {
+    for (std::int32_t y = range.start_y; y <= range.end_y; ++y) {
+      for (std::int32_t x = range.start_x; x <= range.end_x; ++x) visit({z, x, y});
+    }
+  }
+}
+
+void each_quantized_tile(const MeshGrid& grid, const TileVisitor& visit) {
+  for (int z = 0; z <= grid.finest(); ++z) each_quantized_tile(grid, z, visit);
+}
+
 std::string layer_json(const MeshGrid& grid, const std::string& projection) {
   const proto::Manifest& manifest = grid.terrain().manifest();
   Json out;

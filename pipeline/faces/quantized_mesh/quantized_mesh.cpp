@@ -24,23 +24,15 @@ constexpr std::array<Resource, 2> kResources = {{
 }};
 
 proto::Result<std::optional<Document>> tile(const Terrain& terrain, const Place& place) {
-  return terrain.kept(path_of(kResources[1], place), [&]() -> proto::Result<std::optional<Document>> {
-    const GeodeticGrid grid(terrain);
-    const proto::TileAddress at{place.z, place.x, place.y};
-    if (!has_quantized_tile(grid, at)) return std::optional<Document>();
-    return std::optional(document(quantized_mesh_tile(grid, at)));
+  return terrain.kept(path_of(kResources[1], place), [&] {
+    return quantized_mesh_document(GeodeticGrid(terrain), {place.z, place.x, place.y});
   });
 }
 
 void each_path(const Terrain& terrain, const PathSink& sink) {
-  const GeodeticGrid grid(terrain);
-  for (int z = 0; z <= grid.finest(); ++z) {
-    for (const TileRange& range : quantized_ranges(grid, z)) {
-      for (std::int32_t y = range.start_y; y <= range.end_y; ++y) {
-        for (std::int32_t x = range.start_x; x <= range.end_x; ++x) sink(path_of(kResources[1], {0, z, x, y}));
-      }
-    }
-  }
+  each_quantized_tile(GeodeticGrid(terrain), [&](const proto::TileAddress& at) {
+    sink(path_of(kResources[1], {0, at.z, at.x, at.y}));
+  });
   sink("layer.json");
 }
 

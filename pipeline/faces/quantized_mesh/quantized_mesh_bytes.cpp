@@ -11,7 +11,7 @@
 namespace cordillera::pipeline::faces {
 namespace {
 
-constexpr std::uint8_t kNormals = 1, kWaterMask = 2;
+constexpr std::uint8_t kNormalsExtension = 1, kWaterExtension = 2;
 
 void append(std::string& out, float value) { append_little_endian(out, std::bit_cast<std::uint32_t>(value)); }
 void append(std::string& out, const proto::Vec3& v) {
@@ -94,7 +94,7 @@ std::array<std::uint8_t, 2> folded(const proto::Vec3& n) {
 }
 
 void append_normals(std::string& out, const QuantizedSurface& surface) {
-  append_little_endian(out, kNormals);
+  append_little_endian(out, kNormalsExtension);
   append_little_endian(out, static_cast<std::uint32_t>(2 * surface.vertices.size()));
   for (const auto& vertex : surface.vertices) {
     for (const std::uint8_t byte : folded(vertex.normal)) append_little_endian(out, byte);
@@ -106,7 +106,7 @@ void append_water(std::string& out, const WaterPixels& water) {
   const std::uint8_t first = water.empty() ? 0 : water[0];
   const bool one =
       (first == 0 || first == kWater) && std::all_of(water.begin(), water.end(), [&](std::uint8_t p) { return p == first; });
-  append_little_endian(out, kWaterMask);
+  append_little_endian(out, kWaterExtension);
   append_little_endian(out, static_cast<std::uint32_t>(one ? 1 : water.size()));
   if (one) {
     append_little_endian(out, first);
@@ -142,6 +142,11 @@ std::string quantized_mesh_tile(const MeshGrid& grid, const proto::TileAddress& 
   if (!has_water(grid.terrain().manifest().options())) return quantized_mesh_bytes(surface, nullptr);
   const WaterPixels water = grid.water(tile);
   return quantized_mesh_bytes(surface, &water);
+}
+
+proto::Result<std::optional<Document>> quantized_mesh_document(const MeshGrid& grid, const proto::TileAddress& tile) {
+  if (!has_quantized_tile(grid, tile)) return std::optional<Document>();
+  return std::optional(document(quantized_mesh_tile(grid, tile)));
 }
 
 }  // namespace cordillera::pipeline::faces

@@ -13,4 +13,7 @@ std::string quantized_mesh_bytes(const QuantizedSurface& surface, const WaterPix
 /// A tile that the grid has.
 std::string quantized_mesh_tile(const MeshGrid& grid, const proto::TileAddress& tile);
 
+/// A tile; nothing where the grid has none there.
+proto::Result<std::optional<Document>> quantized_mesh_document(const MeshGrid& grid, const proto::TileAddress& tile);
+
 }  // namespace cordillera::pipeline::faces

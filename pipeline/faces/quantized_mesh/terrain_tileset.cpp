@@ -102,18 +102,11 @@ proto::Result<std::optional<Document>> tile(const Terrain& terrain, const Place&
 }
 
 void each_path(const Terrain& terrain, const PathSink& sink) {
-  const GeodeticGrid grid(terrain);
-  for (int z = 0; z <= grid.finest(); ++z) {
-    for (const TileRange& range : quantized_ranges(grid, z)) {
-      for (std::int32_t y = range.start_y; y <= range.end_y; ++y) {
-        for (std::int32_t x = range.start_x; x <= range.end_x; ++x) {
-          const Place place{hemisphere_of({z, x, y}), z, implicit_x({z, x, y}), y};
-          sink(path_of(kResources[2], place));
-          if (z % kTerrainSubtreeLevels == 0) sink(path_of(kResources[1], place));
-        }
-      }
-    }
-  }
+  each_quantized_tile(GeodeticGrid(terrain), [&](const proto::TileAddress& tile) {
+    const Place place{hemisphere_of(tile), tile.z, implicit_x(tile), tile.y};
+    sink(path_of(kResources[2], place));
+    if (tile.z % kTerrainSubtreeLevels == 0) sink(path_of(kResources[1], place));
+  });
   sink("terrain3d/tileset.json");
 }
 
