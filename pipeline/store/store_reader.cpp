@@ -8,11 +8,9 @@
 
 #include "pipeline/encode/tile_glb.h"
 #include "pipeline/store/content_hash.h"
-#include "pipeline/store/sqlite.h"
-#include "pipeline/store/sqlite_object.h"
 #include "pipeline/store/store.h"
+#include "pipeline/store/store_connection.h"
 #include "pipeline/store/store_object.h"
-#include "pipeline/store/store_schema.h"
 #include "pipeline/store/store_sums.h"
 #include "pipeline/store/store_words.h"
 #include "raster/storage/storage.h"
@@ -24,8 +22,6 @@ using proto::Problem;
 using proto::TileAddress;
 
 constexpr std::size_t kConnections = 4;
-// Of one connection, KiB: what is above the leaves of a large dataset's trees. Tiles are kept by who asks for them.
-constexpr const char* kPageCache = "PRAGMA cache_size = -512";
 constexpr std::uint64_t kOwnCache_bytes = std::uint64_t{64} << 20;
 // A window of few rows is asked row by row: the key finds each run of columns at once. A tall one is one scan.
 constexpr std::int32_t kFewRows = 256;
@@ -40,53 +36,6 @@ std::string name_of(const TileAddress& tile) {
 Problem refused(const std::string& type, const std::string& path, const std::string& why) {
   return {type, path + " " + why, "the store of a dataset whose build has finished", ""};
 }
-
-/// Where a store lies: a path of this machine, or an object.
-struct StoreAddress {
-  std::string path;
-  std::shared_ptr<const SqliteObject> object;  ///< null: the path
-  std::unique_ptr<Database> open() const {
-    return object ? std::make_unique<Database>(*object) : std::make_unique<Database>(path, Database::Mode::published);
-  }
-  /// For a connection that stays.
-  std::unique_ptr<Database> open_small() const {
-    auto database = open();
-    database->execute(kPageCache);
-    return database;
-  }
-};
-
-/// Every row that these give has the answer to `sound` in its first column.
-struct StoreConnection {
-  explicit StoreConnection(const StoreAddress& place)
-      : opened(place.open_small()),
-        summed(has_sums(database)),
-        drc(database, blob_of("drc")),
-        glb(database, blob_of("glb")),
-        tags(database, "SELECT " + sound(kSoundTile) + ", drc, glb FROM tiles WHERE level = ? AND y = ? AND x = ?"),
-        records(database,
-                "SELECT " + sound(kSoundTile) +
-                    ", record, y, x FROM tiles WHERE level = ? AND y BETWEEN ? AND ? AND x BETWEEN ? AND ? ORDER BY y, x"),
-        nodes(database, "SELECT " + sound(kSoundNode) +
-                            ", y, x, error, west, south, east, north, low, high, "
-                            "EXISTS(SELECT 1 FROM tiles t WHERE t.level = nodes.level AND t.y = nodes.y AND t.x = nodes.x) "
-                            "FROM nodes WHERE level = ? AND y BETWEEN ? AND ? AND x BETWEEN ? AND ? ORDER BY y, x") {
-    if (database.integer("SELECT count(*) FROM sqlite_schema WHERE name = 'water'") == 0) return;
-    water.emplace(database, "SELECT " + sound(kSoundWater) + ", mask FROM water WHERE level = ? AND y = ? AND x = ?");
-  }
-  std::string sound(const char* condition) const { return summed ? condition : "1"; }
-  std::string blob_of(const std::string& column) const {
-    return "SELECT " + sound(kSoundTile) + ", bytes, " + column + ", record FROM tiles LEFT JOIN blobs ON hash = " + column +
-           " WHERE level = ? AND y = ? AND x = ?";
-  }
-  std::mutex mutex;
-  std::unique_ptr<Database> opened;
-  Database& database = *opened;
-  const bool summed;
-  Statement drc, glb, tags, records, nodes;
-  std::optional<Statement> water;
-  std::atomic<std::size_t> cache_bytes{0};  ///< as of its last use
-};
 
 /// The row that a statement stands on is to be used.
 void require_sound(const Statement& row, const TileAddress& tile) {

@@ -13,7 +13,6 @@
 #include "server/api/documents/web.h"
 #include "server/api/requests/delivery.h"
 #include "server/api/requests/typed_by_hand.h"
-#include "server/datasets/dataset_folder.h"
 #include "server/http/gzip.h"
 #include "server/http/request_id.h"
 #include "server/log/log.h"
@@ -115,21 +114,6 @@ Response upload_in_parts(Service& service, const Request& request, const std::st
   const auto claim = service.admission().space().claim(bytes, &full);
   Response response = claim ? uploads::at(service.uploads(), id, watched(request, *claim, &full)) : Response();
   return full.empty() ? response : problem_response(limits::storage_full(full));
-}
-
-/// From here on there is no such dataset, and a start that misses its row does not take its folder for a lost one. False: it is
-/// still there.
-bool forget_row(Service& service, const std::string& id) {
-  const std::filesystem::path folder = service.layout().dataset(id);
-  const bool marked = mark_deleted(folder);
-  try {
-    if (marked) service.ledger().apart([&] { service.registry().remove(id); });
-  } catch (const RegistryError&) {
-    unmark_deleted(folder);
-    throw;
-  }
-  if (!marked) unmark_deleted(folder);
-  return marked;
 }
 
 }  // namespace
@@ -335,7 +319,7 @@ Response Api::of_dataset(const Request& request, const Route& route) {
   const Row dataset = service_.find(route.id);
   // One answer for both, and one way to it: else anybody could find out which private ids there are.
   if (!dataset || !may_see(request, *dataset)) return problem_response(unknown_to(request, route.id));
-  if (route.resource == Resource::dataset && request.method == "DELETE") return remove(request, *dataset);
+  if (route.resource == Resource::dataset && request.method == "DELETE") return remove_dataset(service_, request, *dataset);
   if (route.resource == Resource::dataset && request.method == "PATCH") return describe_dataset(service_, request, *dataset);
   if (route.resource == Resource::dataset) return status_document(service_, request, *dataset);
   if (reads_terrain(route) && !request.waited && service_.live().read(*dataset, sender(request))) {
@@ -369,41 +353,6 @@ Response Api::of_dataset(const Request& request, const Route& route) {
     response.counts = std::make_shared<const metrics::KeptCounts>(service_.metrics().kept_counts(route_name(route)));
   }
   return response;
-}
-
-Response Api::remove(const Request& request, const Dataset& dataset) {
-  const std::string id = dataset.id;
-  if (service_.mounts().has(id)) {
-    auto response =
-        problem_response({"method-not-allowed", "dataset " + id + " was published elsewhere; this service only reads it",
-                          "GET, HEAD, OPTIONS", ""});
-    response.set("Allow", "GET, HEAD, OPTIONS");
-    return response;
-  }
-  if (request.who.role < access::Role::admin && dataset.owner != request.who.name) {
-    return problem_response({"role-too-low", "the token '" + request.who.name + "' did not post dataset " + id,
-                             "the token that did, or one with the role admin", "Authorization"});
-  }
-  if (!delete_dataset(service_, id))
-    return problem_response(
-        {"storage-full", "the deletion cannot be written down; nothing was changed", "trying again later", ""});
-  Response response;
-  response.status = 204;
-  return response;
-}
-
-bool delete_dataset(Service& service, const std::string& id) {
-  if (!forget_row(service, id)) return false;
-  service.queue().cancel(id);
-  service.hub().forget(id);
-  service.library().forget(id);
-  const std::error_code error = remove_dataset_folder(service.layout(), id);
-  service.library().forget(id);  // again, for who opened it meanwhile
-  service.archive_files().forget(id);
-  service.list_texts().forget(id);
-  if (error) log_warning("dataset " + id + ": cannot remove its folder: " + error.message());
-  log_info("dataset " + id + ": deleted");
-  return true;
 }
 
 }  // namespace cordillera::server

@@ -41,7 +41,6 @@ class Api {
   Response asked_anew(const std::shared_ptr<Asked>& asked, Response response);
   Response dispatch(const Request& request, const Route& route);
   Response of_dataset(const Request& request, const Route& route);
-  Response remove(const Request& request, const Dataset& dataset);
 
   Service& service_;
 };
@@ -58,7 +57,7 @@ struct Exchange {
 void finish(Service& service, const Exchange& exchange, Response& response);
 /// Whether the method only reads this resource.
 bool only_reads(const std::string& method, Resource resource);
-/// Nobody's who must not know of it.
+/// Whether the request may know of the dataset: a private one is nobody's but its owner's and an admin's.
 bool may_see(const Request& request, const Dataset& dataset);
 
 /// GET /v1, /healthz, /readyz, /metrics, /v1/limits.
@@ -72,6 +71,8 @@ Response limits_in_effect(Service& service);
 std::string sender(const Request& request);
 /// POST /v1/datasets. id: what the dataset is to be called, which none is yet; empty: a name that nobody can guess.
 Response post_dataset(Service& service, const Request& request, const std::string& id = "");
+/// DELETE /v1/datasets/{id}, for who posted it or an admin.
+Response remove_dataset(Service& service, const Request& request, const Dataset& dataset);
 /// All of it. False: the deletion cannot be written down, and nothing was changed.
 bool delete_dataset(Service& service, const std::string& id);
 

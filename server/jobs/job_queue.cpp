@@ -3,72 +3,24 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
-#include <fstream>
 
 #include "pipeline/store/mesh_files.h"
 #include "server/datasets/dataset_folder.h"
-#include "server/http/json.h"
 #include "server/log/log.h"
 #include "server/metrics/stage_clock.h"
 
 namespace cordillera::server {
 namespace {
 
-bool write_job(const std::filesystem::path& folder, const proto::Job& job) {
-  std::ofstream file(folder / kJobFile);
-  file << to_json_line(job) << '\n';
-  file.close();
-  return file.good();
-}
-
 constexpr auto kLookAgain = std::chrono::milliseconds(200);
 constexpr auto kFirstWait = std::chrono::seconds(2), kLongestWait = std::chrono::seconds(300);
 constexpr int kTriesWithTables = 12;   // half an hour; an installation without them stays so
 constexpr int kTriesWithOneStore = 3;  // then what was built so far is thrown away: it may be what is wrong
 
-/// Of all rasters that a job may read.
-std::uint64_t bytes_of_rasters(const std::filesystem::path& folder, const proto::Job& job) {
-  std::error_code error;
-  std::uint64_t bytes = 0;
-  const auto add = [&](const std::filesystem::path& file) {
-    const auto size = std::filesystem::file_size(file, error);
-    if (!error) bytes += size;
-  };
-  if (!job.raster().empty()) add(folder / job.raster());
-  for (const auto& entry : std::filesystem::directory_iterator(folder / updates::kSources, error)) add(entry.path());
-  return bytes;
-}
-
-proto::Problem stopped() { return {"service-stopping", "the service is stopping", "trying again later", ""}; }
-
-proto::Problem cannot_write(const std::filesystem::path& folder) {
-  return {"storage-full", "cannot write into the folder of " + folder.filename().string(), "", ""};
-}
-
 }  // namespace
 
 std::chrono::seconds JobQueue::wait_before(int attempt) {
   return std::min(kLongestWait, kFirstWait * (1 << std::min(attempt, 10)));
-}
-
-std::uint32_t build_seconds(const Limits& limits, std::uint64_t raster_bytes) {
-  const std::uint64_t mib = (raster_bytes >> 20) + 1;
-  return static_cast<std::uint32_t>(
-      std::min<std::uint64_t>(limits.build_seconds, limits.build_base_seconds + mib * limits.build_seconds_per_mib));
-}
-
-proto::Job job_of(const Dataset& dataset) {
-  proto::Job job;
-  job.set_id(dataset.id);
-  job.set_name(dataset.name);
-  job.set_request_id(dataset.request_id);
-  *job.mutable_options() = dataset.options;
-  job.set_provisional(!dataset.options.has_provisional() || dataset.options.provisional());
-  job.set_lazy(is_lazy(dataset));
-  // No part of what is built.
-  job.mutable_options()->clear_provisional();
-  job.mutable_options()->clear_build();
-  return job;
 }
 
 bool is_passing(const proto::Problem& problem, int attempt) {
@@ -260,26 +212,6 @@ void JobQueue::end_look(const std::string& id) {
   ended_.wait(lock, [&] { return !looks(); });
 }
 
-/// A first look at a raster whose build waits for others.
-void JobQueue::look_at(const std::string& id) {
-  const auto flag = begin(id, Work::look);
-  const Row dataset = flag ? registry_.find(id) : nullptr;
-  if (!dataset || dataset->state != State::queued) return;
-  proto::Job job = job_of(*dataset);
-  job.set_raster(dataset->raster);
-  job.set_dry_run(true);
-  const std::filesystem::path folder = layout_.dataset(id);
-  limit(job, folder);
-  if (!write_job(folder, job)) return;
-  const LogScope about("job", id);
-  const auto shown = [&](const proto::Progress& now) {
-    if (now.provisional()) show_provisional(id), hub_.touch(id);
-  };
-  const auto outcome = runner_(folder, shown, *flag);
-  if (!outcome && !*flag)
-    log_info("dataset " + id + ": no first look: " + outcome.problem().line());  // its build will say so to whoever posted it
-}
-
 void JobQueue::show_provisional(const std::string& id) {
   published_(id);
   first_tiles(id, "provisional");
@@ -325,54 +257,6 @@ JobQueue::Next JobQueue::run(const Turn& turn) {
   return Next::done;
 }
 
-proto::Result<std::optional<proto::Estimate>> JobQueue::build(const Dataset& dataset, metrics::StageClock& clock,
-                                                              const std::atomic<bool>& stop) {
-  const auto folder = layout_.dataset(dataset.id);
-  std::error_code ignored;
-  if (!std::filesystem::exists(folder / dataset.raster, ignored)) {
-    return proto::Problem{"internal", "the raster of " + dataset.name + " is no longer in the data folder", "posting it again",
-                          ""};
-  }
-  proto::Job job = job_of(dataset);
-  job.set_raster(dataset.raster);
-  const auto print = dataset.address.empty() ? std::nullopt : fetched_print(folder);
-  std::unique_ptr<updates::RangedSource> raster;
-  if (print && print->ranged) {
-    auto opened = fetch_.rest({dataset.address, folder / dataset.raster, *print});
-    if (!opened) return opened.problem();
-    raster = std::move(*opened);
-  }
-  return run_job(folder, std::move(job), {clock, stop, raster.get()});
-}
-
-JobQueue::Outcome JobQueue::run_job(const std::filesystem::path& folder, proto::Job job, const Circumstances& around) {
-  const std::string id = job.id();
-  const std::atomic<bool>& stop = around.stop;
-  ProgressSink progress = [&](const proto::Progress& now) {
-    if (now.provisional()) show_provisional(id);
-    around.clock.report(now);
-    hub_.publish(id, now);
-  };
-  progress.raster = around.raster;
-  limit(job, folder);
-  if (!write_job(folder, job)) return cannot_write(folder);
-  auto outcome = runner_(folder, progress, stop);
-  if (!outcome && outcome.problem().type == "job-crashed" && !stop) {
-    // Once: the machine may have run out of memory, or somebody ended it. What was committed stays, and the job goes on there.
-    log_warning("dataset " + id + ": " + outcome.problem().detail + "; once more");
-    // Not the provisional tiles, though: they may be what it was ended for.
-    job.set_provisional(false);
-    if (!write_job(folder, job)) return cannot_write(folder);
-    outcome = runner_(folder, progress, stop);
-  }
-  if (outcome || outcome.problem().type != "device-lost" || stop) return outcome;
-  log_warning("dataset " + id + ": " + outcome.problem().detail + "; once more on the CPU");
-  metrics_.device_lost.add(1);
-  job.mutable_options()->set_device("cpu");
-  if (!write_job(folder, job)) return cannot_write(folder);
-  return runner_(folder, progress, stop);
-}
-
 void JobQueue::forget_store(const std::string& id) { pipeline::remove_store(layout_.store(id).string()); }
 
 void JobQueue::finish(const Dataset& dataset, const proto::Result<std::optional<proto::Estimate>>& outcome) {
@@ -391,26 +275,6 @@ void JobQueue::finish(const Dataset& dataset, const proto::Result<std::optional<
   looked_at_.forget(dataset.id);
   published_(dataset.id);  // after its provisional tiles have gone, which else somebody might open again
   hub_.ended(dataset.id);
-}
-
-void JobQueue::limit(proto::Job& job, const std::filesystem::path& folder) const {
-  job.set_max_pixels(limits_.megapixels * 1e6);
-  job.set_max_side(limits_.side);
-  job.set_max_seconds(build_seconds(limits_, bytes_of_rasters(folder, job)));
-}
-
-proto::Result<proto::Estimate> JobQueue::dry_run(const std::filesystem::path& folder, const std::string& client,
-                                                 const proto::Job& asked) {
-  proto::Job job = asked;
-  limit(job, folder);
-  const auto turn = dry_turns_.take(folder.filename().string(), client);
-  if (!turn) return stopped();
-  const auto outcome = write_job(folder, job) ? runner_(folder, nullptr, stopping_)
-                                              : proto::Result<std::optional<proto::Estimate>>(cannot_write(folder));
-  if (!outcome && outcome.problem().type == "cancelled") return stopped();
-  if (!outcome) return outcome.problem();
-  if (!*outcome) return proto::Problem{"internal", "the dry run gave no estimate", "", ""};
-  return **outcome;
 }
 
 }  // namespace cordillera::server

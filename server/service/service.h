@@ -19,11 +19,11 @@
 #include "server/datasets/progress_hub.h"
 #include "server/datasets/registry.h"
 #include "server/http/web_files.h"
-#include "server/jobs/archive_files.h"
 #include "server/jobs/job_queue.h"
 #include "server/limits/admission.h"
 #include "server/metrics/service_metrics.h"
 #include "server/options/options.h"
+#include "server/service/archive_files.h"
 #include "server/service/live_cache.h"
 #include "server/uploads/part_files.h"
 

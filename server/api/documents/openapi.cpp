@@ -31,8 +31,8 @@ std::string made_document() {
                               tag("versions", "The same, at addresses whose content never changes"),
                               tag("meshes", "Parts of a dataset for other programs"), tag("heights", "Elevation queries"),
                               tag("stac", "Datasets as a catalog"), tag("service", "The service itself")});
-  json["paths"] = openapi_paths();
-  json["components"] = openapi_components();
+  json["paths"] = openapi::all_paths();
+  json["components"] = openapi::components();
   return dump(json);
 }
 

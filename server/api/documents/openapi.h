@@ -9,10 +9,12 @@ namespace cordillera::server {
 Response api_description();
 
 // The parts, a file each.
+namespace openapi {
 
 /// Every path with its operations.
-Json openapi_paths();
+Json all_paths();
 /// Schemas, parameters and answers that the paths name.
-Json openapi_components();
+Json components();
 
+}  // namespace openapi
 }  // namespace cordillera::server

@@ -4,72 +4,21 @@
 #include "pipeline/faces/face.h"
 #include "proto/lattice.h"
 #include "server/api/documents/openapi.h"
+#include "server/api/documents/openapi_operation.h"
 #include "server/api/requests/list_query.h"
 #include "server/options/mesh_options.h"
 #include "server/options/options.h"
 
-namespace cordillera::server {
+namespace cordillera::server::openapi {
 namespace {
 
 using pipeline::faces::Face;
 using pipeline::faces::Grid;
 
-Json problem_answer() { return {{"$ref", "#/components/responses/problem"}}; }
-
-Json content_of(const std::string& type, const char* schema) {
-  const Json form = schema != nullptr ? Json{{"$ref", std::string("#/components/schemas/") + schema}} : Json::object();
-  return {{type, {{"schema", form}}}};
-}
-
-Json answer(const std::string& about, const std::string& type, const char* schema = nullptr) {
-  return {{"description", about}, {"content", content_of(type, schema)}};
-}
-
-struct Operation {
-  std::string id, tag, summary;
-  Json good;             ///< by status
-  Json parameters = {};  ///< beside those of the path
-};
-
-Json operation(const Operation& from) {
-  Json json;
-  json["operationId"] = from.id;
-  json["tags"] = Json::array({from.tag});
-  json["summary"] = from.summary;
-  if (!from.parameters.empty()) json["parameters"] = from.parameters;
-  json["responses"] = from.good;
-  json["responses"]["4XX"] = problem_answer();
-  json["responses"]["5XX"] = problem_answer();
-  return json;
-}
-
-Json query(const std::string& name, const std::string& about) {
-  return {{"name", name}, {"in", "query"}, {"description", about}, {"schema", {{"type", "string"}}}};
-}
-Json header(const char* name, const char* about) {
-  return {{"name", name}, {"in", "header"}, {"description", about}, {"schema", {{"type", "string"}}}};
-}
-
 Json prefer_of_reading() {
   return header(
       "Prefer",
       "wait=SECONDS: while the dataset is being built, the answer waits so long for the final tile, within the limit max_wait");
-}
-
-/// Every brace of a path as a required parameter.
-Json path_parameters(const std::string& path) {
-  Json parameters = Json::array();
-  for (std::size_t brace = path.find('{'); brace != path.npos; brace = path.find('{', brace + 1)) {
-    parameters.push_back({{"$ref", "#/components/parameters/" + path.substr(brace + 1, path.find('}', brace) - brace - 1)}});
-  }
-  return parameters;
-}
-
-/// The path's item, with the parameters in its address.
-Json& item(Json& paths, const std::string& path) {
-  Json& made = paths[path];
-  if (Json parameters = path_parameters(path); made.is_null() && !parameters.empty()) made["parameters"] = std::move(parameters);
-  return made;
 }
 
 Json post_parameters() {
@@ -139,13 +88,6 @@ void add_datasets(Json& paths) {
                 "datasets",
                 "Progress as server-sent events, `tiles` whenever other tiles can be read, then one `ready` or `failed`",
                 {{"200", answer("A stream of events", "text/event-stream")}}});
-}
-
-/// An answer without a body, and its headers.
-Json bare(const char* about, std::initializer_list<const char*> headers) {
-  Json good = {{"description", about}};
-  for (const char* name : headers) good["headers"][name] = {{"schema", {{"type", "string"}}}};
-  return good;
 }
 
 void add_uploads(Json& paths) {
@@ -252,22 +194,6 @@ void add_stac(Json& paths) {
                    query("after", "where the page before ended; the link `next` has it"),
                    query("bbox", "only those that touch this box: west,south,east,north in degrees")}));
   get("/stac/collections/datasets/items/{id}", "stac_item", "A dataset as an item", geo);
-}
-
-/// Answers by ranges of bytes.
-void add_ranges(Json& good) {
-  good["206"] = {{"description", "The part that Range asked for"}};
-  good["416"] = problem_answer();
-}
-
-/// Of documents and tiles. 204: where the resource says that a place without data is no error.
-Json good_answers(const std::string& about, const std::string& type) {
-  Json good;
-  good["200"] = answer(about, type);
-  good["200"]["headers"] = {{"ETag", {{"$ref", "#/components/headers/etag"}}},
-                            {"Server-Timing", {{"$ref", "#/components/headers/timing"}}}};
-  good["304"] = {{"description", "Nothing changed since the ETag in If-None-Match"}};
-  return good;
 }
 
 /// Below a dataset and below its versions alike.
@@ -386,7 +312,7 @@ void add_live(Json& paths) {
 
 }  // namespace
 
-Json openapi_paths() {
+Json all_paths() {
   Json paths;
   add_service(paths);
   add_datasets(paths);
@@ -409,4 +335,4 @@ Json openapi_paths() {
   return paths;
 }
 
-}  // namespace cordillera::server
+}  // namespace cordillera::server::openapi

@@ -227,7 +227,7 @@ Json parameters() {
 
 }  // namespace
 
-Json openapi_components() {
+Json openapi::components() {
   const Json in_text = {{"type", "string"}};
   Json json;
   json["schemas"] = schemas();

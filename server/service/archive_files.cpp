@@ -1,4 +1,4 @@
-#include "server/jobs/archive_files.h"
+#include "server/service/archive_files.h"
 
 #include <fcntl.h>
 #include <sys/resource.h>

@@ -1,0 +1,61 @@
+// DELETE of a dataset.
+#include "server/api/api.h"
+#include "server/datasets/dataset_folder.h"
+#include "server/log/log.h"
+
+namespace cordillera::server {
+namespace {
+
+/// From here on there is no such dataset, and a start that misses its row does not take its folder for a lost one. False: it is
+/// still there.
+bool forget_row(Service& service, const std::string& id) {
+  const std::filesystem::path folder = service.layout().dataset(id);
+  const bool marked = mark_deleted(folder);
+  try {
+    if (marked) service.ledger().apart([&] { service.registry().remove(id); });
+  } catch (const RegistryError&) {
+    unmark_deleted(folder);
+    throw;
+  }
+  if (!marked) unmark_deleted(folder);
+  return marked;
+}
+
+}  // namespace
+
+Response remove_dataset(Service& service, const Request& request, const Dataset& dataset) {
+  const std::string id = dataset.id;
+  if (service.mounts().has(id)) {
+    auto response =
+        problem_response({"method-not-allowed", "dataset " + id + " was published elsewhere; this service only reads it",
+                          "GET, HEAD, OPTIONS", ""});
+    response.set("Allow", "GET, HEAD, OPTIONS");
+    return response;
+  }
+  if (request.who.role < access::Role::admin && dataset.owner != request.who.name) {
+    return problem_response({"role-too-low", "the token '" + request.who.name + "' did not post dataset " + id,
+                             "the token that did, or one with the role admin", "Authorization"});
+  }
+  if (!delete_dataset(service, id))
+    return problem_response(
+        {"storage-full", "the deletion cannot be written down; nothing was changed", "trying again later", ""});
+  Response response;
+  response.status = 204;
+  return response;
+}
+
+bool delete_dataset(Service& service, const std::string& id) {
+  if (!forget_row(service, id)) return false;
+  service.queue().cancel(id);
+  service.hub().forget(id);
+  service.library().forget(id);
+  const std::error_code error = remove_dataset_folder(service.layout(), id);
+  service.library().forget(id);  // again, for who opened it meanwhile
+  service.archive_files().forget(id);
+  service.list_texts().forget(id);
+  if (error) log_warning("dataset " + id + ": cannot remove its folder: " + error.message());
+  log_info("dataset " + id + ": deleted");
+  return true;
+}
+
+}  // namespace cordillera::server

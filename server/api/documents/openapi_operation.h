@@ -1,0 +1,35 @@
+#pragma once
+// The pieces that the API's description is put together from: operations, parameters and answers, as OpenAPI writes them.
+#include <initializer_list>
+#include <string>
+
+#include "server/http/json.h"
+
+namespace cordillera::server::openapi {
+
+struct Operation {
+  std::string id, tag, summary;
+  Json good;             ///< by status
+  Json parameters = {};  ///< beside those of the path
+};
+
+/// With the answers that every operation may give.
+Json operation(const Operation& from);
+
+Json query(const std::string& name, const std::string& about);
+Json header(const char* name, const char* about);
+
+/// The item of a path among all paths, with the parameters in its address.
+Json& item(Json& paths, const std::string& path);
+
+/// By media type. schema: its name among the components; null: anything.
+Json content_of(const std::string& type, const char* schema);
+Json answer(const std::string& about, const std::string& type, const char* schema = nullptr);
+/// An answer without a body, and its headers.
+Json bare(const char* about, std::initializer_list<const char*> headers);
+/// Of documents and tiles: 200 and 304.
+Json good_answers(const std::string& about, const std::string& type);
+/// Those of ranges of bytes.
+void add_ranges(Json& good);
+
+}  // namespace cordillera::server::openapi

@@ -1,0 +1,124 @@
+#include "server/api/posting.h"
+
+#include <algorithm>
+
+#include "server/api/api_updates.h"
+#include "server/api/public_address.h"
+#include "server/api/requests/typed_by_hand.h"
+#include "server/http/digest.h"
+#include "server/http/json.h"
+#include "server/options/option_values.h"
+#include "server/options/request_policy.h"
+
+namespace cordillera::server {
+namespace {
+
+/// updates=1 is of the service alone: no build differs for it but in its blocks. A raster that is fetched is kept, as those of
+/// updates=1 are.
+std::optional<proto::Problem> take_updates(Given& options, Posting& posting) {
+  posting.updates = !posting.delivery.address.empty();
+  for (auto option = options.begin(); option != options.end(); ++option) {
+    if (option->first != "updates") continue;
+    if (const auto wrong = read_switch(option->second, &posting.updates))
+      return wrong_value("updates", option->second, *wrong, "1 or 0");
+    options.erase(option);
+    break;
+  }
+  return std::nullopt;
+}
+
+/// build=lazy of an address, unless updates=1 is said: the raster is not kept but read where it stands, as that of /v1/live.
+std::optional<proto::Problem> take_again(const Given& given, Posting& posting) {
+  if (posting.delivery.address.empty() || !is_given(given, "build") || posting.settings.build.build() != kLazy)
+    return std::nullopt;
+  if (is_given(given, "updates") && posting.updates) return std::nullopt;  // take_lazy says so
+  posting.updates = false;
+  posting.again = true;
+  if (!posting.settings.dry_run) return std::nullopt;
+  return proto::Problem{"options-conflict", "a dry run looks at a raster that is sent", "one of them", "dry_run"};
+}
+
+/// build=lazy shows blocks in the place of provisional tiles. Where the service has it as its default, other posts are built in
+/// full.
+std::optional<proto::Problem> take_lazy(bool asked, Posting& posting) {
+  proto::BuildOptions& build = posting.settings.build;
+  if (build.build() != kLazy) return std::nullopt;
+  const char* against = posting.updates                                   ? "updates"
+                        : build.has_provisional() && !build.provisional() ? "provisional"
+                        : build.keep_size() > 0                           ? "keep"
+                                                                          : nullptr;
+  if (against == nullptr) return std::nullopt;
+  if (asked) {
+    return proto::Problem{"options-conflict",
+                          std::string("build=lazy makes blocks one by one, in the place of provisional tiles; ") + against +
+                              "= does not go with it",
+                          "build=full, or a POST of one raster with error=", "build"};
+  }
+  build.clear_build();
+  return std::nullopt;
+}
+
+}  // namespace
+
+bool is_given(const Given& options, std::string_view name) {
+  return std::any_of(options.begin(), options.end(), [&](const auto& option) { return option.first == name; });
+}
+
+proto::Result<Posting> read_posting(Service& service, const Request& request, RasterIs raster) {
+  Posting posting;
+  posting.folder = public_path(request, "");
+  auto options = other_parameters(request, posting.delivery);
+  if (!options) return options.problem();
+  const Given given = *options;
+  if (const std::string name = name_in_path(request); !name.empty() && !is_given(*options, "name"))
+    options->emplace_back("name", name);
+  if (auto refused = take_updates(*options, posting)) return *refused;
+  auto settings = with_layer(service.settings(), post_options(), *options, Spelling::query);
+  if (!settings) {
+    proto::Problem problem = settings.problem();
+    if (problem.type == "option-unknown") problem.accepted = post_names();  // what was taken out before belongs to the list, too
+    return problem;
+  }
+  posting.settings = std::move(settings.value());
+  if (auto refused = take_again(given, posting)) return *refused;
+  if (auto refused = take_lazy(is_given(*options, "build"), posting)) return *refused;
+  if (posting.settings.private_dataset && !service.gate().has_tokens()) {
+    return proto::Problem{"option-forbidden", "private: this service was started without tokens, so everybody may read",
+                          "private=0, or cordillera serve --tokens FILE", "private"};
+  }
+  if (auto refused = apply_policy(service.settings(), posting.settings.build)) return *refused;
+  if (auto refused = check_delivery(service, request, raster, posting.delivery)) return *refused;
+  if (!posting.delivery.address.empty() && !posting.updates && !posting.again) {
+    return proto::Problem{"options-conflict", "a raster that is fetched is kept, as those of updates=1 are",
+                          "source= without updates=0, or with build=lazy", "source"};
+  }
+  if (posting.updates && posting.settings.dry_run) {
+    return proto::Problem{"options-conflict", "a dry run keeps nothing that could be updated", "one of them", "updates"};
+  }
+  const std::string& name = posting.settings.build.name();
+  posting.name = !name.empty() ? name : posting.delivery.address.empty() ? "raster" : updates::name_in(posting.delivery.address);
+  if (!posting.delivery.upload.empty()) {
+    const auto begun = service.uploads().find(posting.delivery.upload);
+    if (name.empty() && begun && !begun->name.empty()) posting.name = begun->name;
+    // A client that was cut off asks again: an upload becomes one dataset.
+    if (posting.delivery.key.empty() && !posting.settings.dry_run) posting.delivery.key = "upload " + posting.delivery.upload;
+  }
+  posting.options_hash =
+      digest(to_json_line(posting.settings.build) + (posting.settings.dry_run ? "dry" : "") +
+             (posting.settings.private_dataset ? "private" : "") + (posting.updates ? "updates" + posting.delivery.address : "") +
+             (posting.again ? "again" + posting.delivery.address : ""));
+  return posting;
+}
+
+std::optional<proto::Problem> take_several(const Request& request, Posting& posting) {
+  if (posting.settings.dry_run)
+    return proto::Problem{"options-conflict", "a dry run looks at one raster, and the form has several", "one of them",
+                          "dry_run"};
+  if (is_given(request.query, "updates") && !posting.updates)
+    return proto::Problem{"options-conflict", "several rasters are kept, as those of updates=1 are",
+                          "several files without updates=0", "updates"};
+  posting.updates = true;
+  return take_lazy(is_given(request.query, "build"), posting);
+}
+
+}  // namespace cordillera::server
