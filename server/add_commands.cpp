@@ -170,8 +170,7 @@ void add_build(CommandLine& commands) {
       ->group(kOutput);
   for (const LookOption& option : look_options())
     build->add_option(option.name, line.look.*option.value, option.help)->type_name(option.type)->group(kOutput);
-  build->add_flag_callback(
-      "-q,--quiet", [&line] { line.words = Words::none; }, "say nothing but problems");
+  add_value_flag(*build, "-q,--quiet", line.words, Words::none, "say nothing but problems");
   add_options(*build, build_options(), words->reading);
 }
 
@@ -194,8 +193,7 @@ void add_info(CommandLine& commands) {
                               });
                             });
   info->add_option("path", line->subject, "a folder that build wrote, a dataset.sqlite, a raster, or a folder of rasters");
-  info->add_flag_callback(
-      "--json", [line] { line->show = Show::json; }, "the manifest itself; of a raster, the dry run");
+  add_value_flag(*info, "--json", line->show, Show::json, "the manifest itself; of a raster, the dry run");
   add_options(*info, build_options(), line->reading);
 }
 
@@ -229,8 +227,7 @@ void add_simplify(CommandLine& commands) {
     const std::string help = "cleap, sequential: " + known.help + " [" + known.accepted + "]";
     simplify->add_option_function<std::string>("--" + known.name, take, help)->type_name(known.value);
   }
-  simplify->add_flag_callback(
-      "--json", [&line] { line.show = Show::json; }, "the report as JSON");
+  add_value_flag(*simplify, "--json", line.show, Show::json, "the report as JSON");
 }
 
 void add_export(CommandLine& commands) {
@@ -255,10 +252,8 @@ void add_export(CommandLine& commands) {
   }
   command->add_option("--max-triangles", line.most_triangles, "most triangles of a mesh [1 to 100000000; default 10000000]")
       ->type_name("N");
-  command->add_flag_callback(
-      "--overwrite,--force", [&line] { line.other = pipeline::Existing::replace; }, "replace a file that is there");
-  command->add_flag_callback(
-      "-q,--quiet", [&line] { line.words = Words::none; }, "say nothing but problems");
+  add_value_flag(*command, "--overwrite,--force", line.other, pipeline::Existing::replace, "replace a file that is there");
+  add_value_flag(*command, "-q,--quiet", line.words, Words::none, "say nothing but problems");
 }
 
 void add_work(CommandLine& commands) {
@@ -292,8 +287,7 @@ void add_check(CommandLine& commands) {
                     "a dataset.sqlite, a dataset's folder, a folder that build wrote, or a server's data folder");
   check->add_option("--source", line->source, "the raster it was built from: stated errors are measured against it")
       ->type_name("RASTER");
-  check->add_flag_callback(
-      "--json", [line] { line->show = Show::json; }, "the report as JSON");
+  add_value_flag(*check, "--json", line->show, Show::json, "the report as JSON");
 }
 
 /// What is done to a server's data folder.
@@ -306,9 +300,8 @@ void add_keeping(CommandLine& commands) {
   auto* vacuum = commands.add("vacuum", "remove from a stopped server's data folder what nothing names, and give free pages back",
                               [line] { return vacuum_command(line->data, line->orphans); });
   vacuum->add_option("data", line->data, "the data folder");
-  vacuum->add_flag_callback(
-      "--orphans", [line] { line->orphans = Orphans::remove; },
-      "also remove folders that were set aside because no dataset could be made of them");
+  add_value_flag(*vacuum, "--orphans", line->orphans, Orphans::remove,
+                 "also remove folders that were set aside because no dataset could be made of them");
   auto* adopt = commands.add("adopt", "make a new registry for a stopped server's data folder whose registry is lost",
                              [line] { return adopt_command(line->data); });
   adopt->add_option("data", line->data, "the data folder");
@@ -347,8 +340,7 @@ void add_doctor(CommandLine& commands) {
   });
   add_options(*doctor, all_options(), line->reading);
   line->listen.add_to(*doctor);
-  doctor->add_flag_callback(
-      "--json", [line] { line->output = doctor::Output::json; }, "the findings as JSON");
+  add_value_flag(*doctor, "--json", line->output, doctor::Output::json, "the findings as JSON");
 }
 
 void add_shell(CommandLine& commands) {

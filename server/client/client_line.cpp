@@ -17,10 +17,8 @@ void add_place(CLI::App& command, PlaceWords& place) {
 }
 
 void add_show(CLI::App& command, Show& show, Words& words) {
-  command.add_flag_callback(
-      "--json", [&show] { show = Show::json; }, "one line of JSON, of what came out or of the problem");
-  command.add_flag_callback(
-      "-q,--quiet", [&words] { words = Words::none; }, "no progress");
+  add_value_flag(command, "--json", show, Show::json, "one line of JSON, of what came out or of the problem");
+  add_value_flag(command, "-q,--quiet", words, Words::none, "no progress");
 }
 
 constexpr const char* kCodes = "Exit codes: 0 done, 1 refused or failed, 2 wrong usage, 75 trying again may help.";
@@ -42,14 +40,11 @@ void ClientWords::add_post(CLI::App& app) {
   post_ = app.add_subcommand("post", "send a raster to a service, which makes a dataset of it");
   post_->add_option("raster", post_line_.rasters, "the elevation model; or several, the one that wins where they overlap first")
       ->expected(1, -1);
-  post_->add_flag_callback(
-      "--wait", [this] { post_line_.after = After::wait; }, "until the dataset is ready or has failed");
-  post_->add_flag_callback(
-      "--resume", [this] { post_line_.in_parts = true; },
-      "in parts, which the same line goes on with after a kill; rasters above 64 MiB always are");
-  post_->add_flag_callback(
-      "--updates", [this] { post_line_.updates = true; },
-      "other rasters may be added to the dataset later; several rasters imply it");
+  add_value_flag(*post_, "--wait", post_line_.after, After::wait, "until the dataset is ready or has failed");
+  add_value_flag(*post_, "--resume", post_line_.in_parts, true,
+                 "in parts, which the same line goes on with after a kill; rasters above 64 MiB always are");
+  add_value_flag(*post_, "--updates", post_line_.updates, true,
+                 "other rasters may be added to the dataset later; several rasters imply it");
   add_show(*post_, post_line_.show, post_line_.words);
   add_place(*post_, post_line_.place);
   add_table(*post_, post_options(), post_line_.options);
@@ -86,8 +81,7 @@ void ClientWords::add_view(CLI::App& app) {
                    "a raster, a dataset.sqlite, a folder or an archive (.3tz, .pmtiles, .mbtiles) that was built; or several")
       ->expected(1, -1);
   view_->add_option("-p,--port", view_line_.port, "of this machine's loopback [any that is free]")->type_name("PORT");
-  view_->add_flag_callback(
-      "--no-browser", [this] { view_line_.browser = Browser::stays_shut; }, "only print the address");
+  add_value_flag(*view_, "--no-browser", view_line_.browser, Browser::stays_shut, "only print the address");
   add_table(*view_, post_options(), view_line_.options);
 }
 

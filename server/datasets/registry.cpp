@@ -54,25 +54,19 @@ class KeptRegistry : public Registry {
   }
 
   void set_state(const std::string& id, State state, const std::optional<proto::Problem>& problem) override {
-    write(
+    change(
         id, [&] { file_->set_state(id, state, problem); },
-        [&](Row row) -> Row {
-          if (!row) return nullptr;
-          auto changed = std::make_shared<Dataset>(*row);
-          changed->state = state;
-          changed->problem = problem;
-          return changed;
+        [&](Dataset& dataset) {
+          dataset.state = state;
+          dataset.problem = problem;
         });
   }
   void describe(const std::string& id, const proto::BuildOptions& options, bool is_private) override {
-    write(
+    change(
         id, [&] { file_->describe(id, options, is_private); },
-        [&](Row row) -> Row {
-          if (!row) return nullptr;
-          auto changed = std::make_shared<Dataset>(*row);
-          changed->options = options;
-          changed->is_private = is_private;
-          return changed;
+        [&](Dataset& dataset) {
+          dataset.options = options;
+          dataset.is_private = is_private;
         });
   }
   void remove(const std::string& id) override {
@@ -85,6 +79,14 @@ class KeptRegistry : public Registry {
   }
 
  private:
+  void change(const std::string& id, const std::function<void()>& in_file, const std::function<void(Dataset&)>& edit) {
+    write(id, in_file, [&](const Row& row) -> Row {
+      if (!row) return nullptr;
+      auto changed = std::make_shared<Dataset>(*row);
+      edit(*changed);
+      return changed;
+    });
+  }
   /// First the file, then what is read.
   void write(const std::string& id, const std::function<void()>& in_file, const std::function<Row(Row)>& after) {
     const std::lock_guard writing(writing_);
