@@ -15,7 +15,7 @@ export function show_token_to(request) {
 }
 
 // Server-sent events, by name: on[name](data). Gives a function that ends them. An EventSource cannot show a token, so with one the stream is
-// read here; it is not asked for again when it breaks off.
+// read here.
 export function listen(url, on) {
   if (!token()) {
     const events = new EventSource(url);
@@ -23,12 +23,22 @@ export function listen(url, on) {
     return () => events.close();
   }
   const stop = new AbortController();
-  read_events(url, on, stop.signal).catch(() => {});
+  follow(url, on, stop.signal);
   return () => stop.abort();
 }
 
+// As an EventSource does: a stream that breaks off is asked for again, a refusal ends it.
+async function follow(url, on, signal) {
+  for (let open = true; open && !signal.aborted;) {
+    open = await read_events(url, on, signal).catch(() => true);
+    if (open && !signal.aborted) await new Promise((then) => setTimeout(then, 3000));
+  }
+}
+
+// Whether the address has events.
 async function read_events(url, on, signal) {
   const response = await ask(url, { signal });
+  if (!response.ok) return false;
   const reader = response.body.pipeThrough(new TextDecoderStream()).getReader();
   let text = "";
   for (let { done, value } = await reader.read(); !done; { done, value } = await reader.read()) {
@@ -39,6 +49,7 @@ async function read_events(url, on, signal) {
       if (name && on[name]) on[name](/^data: (.*)$/m.exec(event)?.[1] ?? "");
     }
   }
+  return true;
 }
 
 // The page's field. A new token changes what there is to see, so the page begins anew.

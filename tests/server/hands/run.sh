@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# HTTP as hands type it, against a real server: curl lines, npm's pmtiles, a reader of STAC: tests/server/hands/run.sh BUILD
+# HTTP as hands type it, against a real server: curl lines, npm's pmtiles and tus-js-client, a reader of STAC: tests/server/hands/run.sh BUILD
 # Exits with 77, and says what is missing, where it cannot run.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -8,7 +8,7 @@ build=$(cd "${1:?usage: tests/server/hands/run.sh BUILD}" && pwd)
 need_node gdal_translate
 modules=$build/hands
 node_modules "$here" "$modules"
-cp -r "$here/check.mjs" "$here/schemas" "$modules"
+cp -r "$here/check.mjs" "$here/resume.mjs" "$here/schemas" "$modules"
 sample=$repository/deploy/sample/white_mountains_srtm3.tif
 gdal_translate -q -srcwin 0 0 300 200 "$sample" "$work/west.tif"
 gdal_translate -q -srcwin 280 0 300 200 "$sample" "$work/east.tif"
@@ -143,5 +143,6 @@ for page in favicon.ico:image/x-icon docs:text/html openapi.json:application/jso
   like "^${page#*:}" "$(header Content-Type "$url/${page%%:*}")" "/${page%%:*}"
 done
 
+node "$modules/resume.mjs" --url "$url" --file "$work/west.tif" --token "${ann##* }"
 node "$modules/check.mjs" --url "$url" --dataset "$one" --datasets "$count"
 echo 'ok  curl lines'
