@@ -170,7 +170,7 @@ void add_build(CommandLine& commands) {
       ->group(kOutput);
   for (const LookOption& option : look_options())
     build->add_option(option.name, line.look.*option.value, option.help)->type_name(option.type)->group(kOutput);
-  add_value_flag(*build, "-q,--quiet", line.words, Words::none, "say nothing but problems");
+  add_value_flag(*build, "-q,--quiet", line.words, Verbosity::none, "say nothing but problems");
   add_options(*build, build_options(), words->reading);
 }
 
@@ -253,7 +253,7 @@ void add_export(CommandLine& commands) {
   command->add_option("--max-triangles", line.most_triangles, "most triangles of a mesh [1 to 100000000; default 10000000]")
       ->type_name("N");
   add_value_flag(*command, "--overwrite,--force", line.other, pipeline::Existing::replace, "replace a file that is there");
-  add_value_flag(*command, "-q,--quiet", line.words, Words::none, "say nothing but problems");
+  add_value_flag(*command, "-q,--quiet", line.words, Verbosity::none, "say nothing but problems");
 }
 
 void add_work(CommandLine& commands) {

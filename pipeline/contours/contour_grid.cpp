@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "pipeline/faces/pictures/height_grid.h"
+#include "pipeline/faces/pictures/pixel_heights.h"
 #include "pipeline/faces/web_mercator.h"
 
 namespace cordillera::pipeline::contours {
@@ -54,7 +54,7 @@ proto::Result<std::optional<raster::HeightSteps>> contour_grid(const faces::Terr
   raster::HeightSteps grid{kSide, kSide, {}};
   const std::int64_t west = std::int64_t{kTilePixels} * place.x, north = std::int64_t{kTilePixels} * place.y;
   for (const Band& band : bands_of(terrain, *extent, zooms, place)) {
-    faces::PixelWindow window{place.z, band.level, west - kReach, north + band.first, kSide, band.end - band.first, {}};
+    faces::MapWindow window{place.z, band.level, west - kReach, north + band.first, kSide, band.end - band.first, {}};
     if (const auto done = faces::filled_window(terrain, window, faces::Beyond::clear); !done) return done.problem();
     for (const double height_m : window.height_m) grid.height.push_back(steps(height_m));
   }

@@ -8,7 +8,7 @@
 #include "pipeline/contours/tile_lines.h"
 #include "pipeline/contours/vector_tile.h"
 #include "pipeline/encode/json.h"
-#include "pipeline/faces/pictures/height_grid.h"
+#include "pipeline/faces/pictures/pixel_heights.h"
 #include "pipeline/faces/pictures/raster_tiles.h"
 #include "pipeline/faces/tilejson.h"
 #include "pipeline/faces/web_mercator.h"

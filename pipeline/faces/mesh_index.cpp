@@ -17,17 +17,17 @@ using proto::Vec3;
 constexpr double kTrianglesACell = 2;
 constexpr std::int32_t kMostCells = 512;
 
-struct Corners {
+struct TriangleCorners {
   std::array<std::array<std::int32_t, 3>, 3> at;
 };
 
-Corners corners_of(const LatticeMesh& mesh, std::uint32_t triangle) {
+TriangleCorners corners_of(const LatticeMesh& mesh, std::uint32_t triangle) {
   const Triangle& t = mesh.triangles[triangle];
   return {{mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]}};
 }
 
 /// Not right of any edge: edges belong to both of their triangles.
-bool covers(const Corners& c, double u, double v) {
+bool covers(const TriangleCorners& c, double u, double v) {
   for (std::size_t k = 0; k < 3; ++k) {
     const auto& a = c.at[k];
     const auto& b = c.at[(k + 1) % 3];
@@ -47,7 +47,7 @@ MeshIndex::MeshIndex(LatticeMesh mesh) : mesh_(std::move(mesh)) {
   const double wanted = std::sqrt(static_cast<double>(mesh_.triangles.size()) / kTrianglesACell);
   cells_ = std::clamp(static_cast<std::int32_t>(wanted), 1, kMostCells);
   const auto each_cell = [&](std::uint32_t triangle, const auto& visit) {
-    const Corners c = corners_of(mesh_, triangle);
+    const TriangleCorners c = corners_of(mesh_, triangle);
     const auto [west, east] = std::minmax({c.at[0][0], c.at[1][0], c.at[2][0]});
     const auto [south, north] = std::minmax({c.at[0][1], c.at[1][1], c.at[2][1]});
     for (std::int32_t row = cell_of(south); row <= cell_of(north); ++row)
@@ -84,9 +84,9 @@ std::optional<std::uint32_t> MeshIndex::triangle_at(double u, double v) const {
 namespace {
 
 /// A place on the ellipsoid and which way is up there.
-struct SurfacePoint {
+struct IndexPoint {
   Vec3 foot, up;
-  SurfacePoint(double longitude_deg, double latitude_deg) {
+  IndexPoint(double longitude_deg, double latitude_deg) {
     const double lon = longitude_deg * std::numbers::pi / 180, lat = latitude_deg * std::numbers::pi / 180;
     const double e2 = proto::kFlattening * (2 - proto::kFlattening);
     const double n = proto::kSemiMajor_m / std::sqrt(1 - e2 * std::sin(lat) * std::sin(lat));
@@ -97,7 +97,7 @@ struct SurfacePoint {
 
 /// A triangle in space.
 struct Facet {
-  Corners corner;
+  TriangleCorners corner;
   std::array<Vec3, 3> at;
   double low_m = INFINITY, high_m = -INFINITY;
 
@@ -114,7 +114,7 @@ struct Facet {
   }
 
   /// Of the normal's point on the plane, held to what the triangle can have.
-  double height_m(const SurfacePoint& ground) const {
+  double height_m(const IndexPoint& ground) const {
     const Vec3 ab = at[1] - at[0], ac = at[2] - at[0], bc = at[2] - at[1], across = cross(ab, ac);
     const double rise = dot(across, ground.up);
     if (rise <= 0) return (low_m + high_m) / 2;  // of no width
@@ -134,7 +134,7 @@ struct Facet {
     double beside_m = 0;
   };
   /// The edge that it passes by on the outer side, farthest; none where it meets the triangle.
-  std::optional<Passed> passed(const SurfacePoint& ground) const {
+  std::optional<Passed> passed(const IndexPoint& ground) const {
     std::optional<Passed> farthest;
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3 a = at[k] - ground.foot, b = at[(k + 1) % 3] - ground.foot, ab = b - a;
@@ -158,7 +158,7 @@ struct Facet {
 
 // Beside a pole triangles that are far apart in plan touch in space, and no walk leads from one to the other.
 double MeshIndex::height_of_nearest_m(double longitude_deg, double latitude_deg, std::uint32_t below) const {
-  const SurfacePoint ground(longitude_deg, latitude_deg);
+  const IndexPoint ground(longitude_deg, latitude_deg);
   std::uint32_t nearest = below;
   double least_m = INFINITY;
   for (std::uint32_t t = 0; t < mesh_.triangles.size() && least_m > 0; ++t) {
@@ -182,7 +182,7 @@ std::optional<double> MeshIndex::height_m(double longitude_deg, double latitude_
   // An edge is straight in space and leaves the straight line in degrees: the normal may meet the triangle beside the one that is
   // there in plan.
   constexpr int kMostSteps = 8;
-  const SurfacePoint ground(longitude_deg, latitude_deg);
+  const IndexPoint ground(longitude_deg, latitude_deg);
   std::uint32_t triangle = *below;
   for (int step = 0; step < kMostSteps; ++step) {
     const Facet facet(mesh_, triangle);

@@ -16,19 +16,19 @@ using proto::Vec3;
 
 /// Pixels, and what is drawn into.
 struct Canvas {
-  const PixelPlaces& at;
+  const PixelsInUnits& at;
   double* out;
   std::size_t stride;
 };
 
-struct Range {
+struct PixelRange {
   std::size_t first = 0, end = 0;
 };
-Range columns_between(const std::vector<double>& u, double west, double east) {
+PixelRange columns_between(const std::vector<double>& u, double west, double east) {
   const auto first = std::lower_bound(u.begin(), u.end(), west), end = std::upper_bound(first, u.end(), east);
   return {static_cast<std::size_t>(first - u.begin()), static_cast<std::size_t>(end - u.begin())};
 }
-Range rows_between(const std::vector<double>& v, double north, double south) {
+PixelRange rows_between(const std::vector<double>& v, double north, double south) {
   const auto first = std::lower_bound(v.begin(), v.end(), north, std::greater<>());
   const auto end = std::upper_bound(first, v.end(), south, std::greater<>());
   return {static_cast<std::size_t>(first - v.begin()), static_cast<std::size_t>(end - v.begin())};
@@ -62,9 +62,9 @@ struct Slab {
 void draw(const std::array<Corner, 3>& corner, const Slab& facet, const Canvas& to) {
   const auto [west, east] = std::minmax({corner[0][0], corner[1][0], corner[2][0]});
   const auto [south, north] = std::minmax({corner[0][1], corner[1][1], corner[2][1]});
-  const Range columns = columns_between(to.at.u, west, east);
+  const PixelRange columns = columns_between(to.at.u, west, east);
   if (columns.first == columns.end) return;
-  const Range rows = rows_between(to.at.v, north, south);
+  const PixelRange rows = rows_between(to.at.v, north, south);
   const std::array<EdgeFunction, 3> sides = {side(corner[0], corner[1]), side(corner[1], corner[2]), side(corner[2], corner[0])};
   for (std::size_t r = rows.first; r < rows.end; ++r) {
     const gpu::PlaneRow along(facet.plane, to.at.rows[r]);
@@ -90,8 +90,8 @@ std::vector<Vec3> positions(const LatticeMesh& mesh) {
   return at;
 }
 
-PixelPlaces places(const LatticeMesh& mesh, const PixelRows& rows, const PixelColumns& columns) {
-  PixelPlaces at{{}, {}, rows.frame, columns.frame};
+PixelsInUnits places(const LatticeMesh& mesh, const PixelRows& rows, const PixelColumns& columns) {
+  PixelsInUnits at{{}, {}, rows.frame, columns.frame};
   const double units_a_degree = mesh.side * std::ldexp(1, mesh.z) / 180;
   const double west = static_cast<double>(mesh.x) * mesh.side, south = static_cast<double>(mesh.y) * mesh.side;
   for (const double longitude : columns.longitude_deg) at.u.push_back((longitude + 180) * units_a_degree - west);
@@ -117,7 +117,7 @@ void draw_mesh(const LatticeMesh& mesh, const PixelRows& rows, const PixelColumn
   draw_mesh(mesh, places(mesh, rows, columns), out, stride);
 }
 
-void draw_mesh(const LatticeMesh& mesh, const PixelPlaces& pixels, double* out, std::size_t stride) {
+void draw_mesh(const LatticeMesh& mesh, const PixelsInUnits& pixels, double* out, std::size_t stride) {
   const Canvas to{pixels, out, stride};
   const std::vector<Vec3> at = positions(mesh);
   for (const Triangle& t : mesh.triangles) {

@@ -20,7 +20,7 @@ struct PixelColumns {
 };
 
 /// The same where the pixels are known in the mesh's own units from its south-west: they may lie on its sides to the bit.
-struct PixelPlaces {
+struct PixelsInUnits {
   std::vector<double> u, v;                     ///< of columns, growing; of rows, falling
   std::span<const proto::RowFrame> rows;        ///< indexed like v
   std::span<const proto::ColumnFrame> columns;  ///< indexed like u
@@ -33,6 +33,6 @@ proto::ColumnFrame column_frame_at(double longitude_deg);
 /// Puts heights above the ellipsoid, in metres, into pixels that are not a number yet and lie over the mesh. The pixel of row r
 /// and column c is out[r * stride + c].
 void draw_mesh(const LatticeMesh& mesh, const PixelRows& rows, const PixelColumns& columns, double* out, std::size_t stride);
-void draw_mesh(const LatticeMesh& mesh, const PixelPlaces& pixels, double* out, std::size_t stride);
+void draw_mesh(const LatticeMesh& mesh, const PixelsInUnits& pixels, double* out, std::size_t stride);
 
 }  // namespace cordillera::pipeline::faces

@@ -17,24 +17,24 @@ constexpr std::int32_t kRounds = 8;  // of averaging at each zoom: what a coarse
 
 constexpr std::int32_t kFewPixels = 8;  // more than the pixels beside a window, which halving does not lessen
 
-bool has_gaps(const PixelWindow& window) {
+bool has_gaps(const MapWindow& window) {
   return std::any_of(window.height_m.begin(), window.height_m.end(), [](double height_m) { return std::isnan(height_m); });
 }
 
-PixelWindow grown(const PixelWindow& window, std::int32_t by) {
+MapWindow grown(const MapWindow& window, std::int32_t by) {
   return {window.zoom, window.level, window.west - by, window.north - by, window.columns + 2 * by, window.rows + 2 * by, {}};
 }
 
 /// What lies under a window one zoom coarser, and a pixel more on each side to interpolate with.
-PixelWindow coarser(const PixelWindow& fine) {
-  PixelWindow coarse{fine.zoom - 1, fine.level, (fine.west >> 1) - 1, (fine.north >> 1) - 1, 0, 0, {}};
+MapWindow coarser(const MapWindow& fine) {
+  MapWindow coarse{fine.zoom - 1, fine.level, (fine.west >> 1) - 1, (fine.north >> 1) - 1, 0, 0, {}};
   coarse.columns = static_cast<std::int32_t>(((fine.west + fine.columns - 1) >> 1) + 2 - coarse.west);
   coarse.rows = static_cast<std::int32_t>(((fine.north + fine.rows - 1) >> 1) + 2 - coarse.north);
   return coarse;
 }
 
 /// Between the four nearest centres of the coarser zoom.
-double interpolated(const PixelWindow& coarse, std::int64_t column, std::int64_t row) {
+double interpolated(const MapWindow& coarse, std::int64_t column, std::int64_t row) {
   const std::int64_t c = column >> 1, r = row >> 1;
   const std::int64_t beside = (column & 1) != 0 ? c + 1 : c - 1, above = (row & 1) != 0 ? r + 1 : r - 1;
   const double near = 0.75 * coarse.at(c, r) + 0.25 * coarse.at(beside, r);
@@ -44,7 +44,7 @@ double interpolated(const PixelWindow& coarse, std::int64_t column, std::int64_t
 
 /// Gaps become the mean of their four neighbours, some times over. What lies kRounds within the window does not depend on its
 /// size.
-void average(PixelWindow& window, const std::vector<std::size_t>& gaps) {
+void average(MapWindow& window, const std::vector<std::size_t>& gaps) {
   const auto columns = static_cast<std::size_t>(window.columns), rows = static_cast<std::size_t>(window.rows);
   std::vector<double> next(gaps.size());
   for (std::int32_t round = 0; round < kRounds; ++round) {
@@ -60,7 +60,7 @@ void average(PixelWindow& window, const std::vector<std::size_t>& gaps) {
 }
 
 /// Gaps get the coarser heights, joined to the data beside them.
-void fill_from(const PixelWindow& coarse, PixelWindow& window) {
+void fill_from(const MapWindow& coarse, MapWindow& window) {
   std::vector<std::size_t> gaps;
   for (std::size_t k = 0; k < window.height_m.size(); ++k) {
     if (!std::isnan(window.height_m[k])) continue;
@@ -72,8 +72,8 @@ void fill_from(const PixelWindow& coarse, PixelWindow& window) {
 }
 
 /// Means of what there is among the four pixels of each coarser one; outside the window there is nothing.
-PixelWindow means(const PixelWindow& fine) {
-  PixelWindow coarse = coarser(fine);
+MapWindow means(const MapWindow& fine) {
+  MapWindow coarse = coarser(fine);
   for (std::int64_t row = coarse.north; row < coarse.north + coarse.rows; ++row) {
     for (std::int64_t column = coarse.west; column < coarse.west + coarse.columns; ++column) {
       double sum = 0;
@@ -93,13 +93,13 @@ PixelWindow means(const PixelWindow& fine) {
 }
 
 /// The whole window from its own data: coarser and coarser until nothing is missing, and back.
-void fill_whole(PixelWindow& window) {
+void fill_whole(MapWindow& window) {
   if (!has_gaps(window)) return;
   if (std::all_of(window.height_m.begin(), window.height_m.end(), [](double h) { return std::isnan(h); })) {
     std::fill(window.height_m.begin(), window.height_m.end(), 0);
     return;
   }
-  PixelWindow coarse = means(window);
+  MapWindow coarse = means(window);
   if (coarse.columns > kFewPixels || coarse.rows > kFewPixels) {
     fill_whole(coarse);
   } else {
@@ -116,7 +116,7 @@ void fill_whole(PixelWindow& window) {
 }
 
 /// Everything that cannot be reached from the window's sides without crossing data.
-std::vector<bool> closed_outline(const PixelWindow& window) {
+std::vector<bool> closed_outline(const MapWindow& window) {
   const auto columns = static_cast<std::size_t>(window.columns), count = window.height_m.size();
   std::vector<bool> hull(count, true);
   std::vector<std::size_t> front;
@@ -164,7 +164,7 @@ std::vector<double> distances(const std::vector<bool>& hull, std::size_t columns
 double middle_deg(const raster::Area& extent) { return (extent.south_deg + extent.north_deg) / 2; }
 
 /// How far outside the geoid is reached, pixels.
-double fade_pixels(const PixelWindow& window, double latitude_deg) {
+double fade_pixels(const MapWindow& window, double latitude_deg) {
   double highest_m = 0;
   for (const double h : window.height_m) highest_m = std::isnan(h) ? highest_m : std::max(highest_m, std::abs(h));
   const double around_m = 2 * std::numbers::pi * proto::kSemiMajor_m * std::cos(latitude_deg * std::numbers::pi / 180);
@@ -178,14 +178,14 @@ double fade(double far, double whole) {
   return left * left * (3 - 2 * left);
 }
 
-PixelWindow overview_of(const raster::Area& extent, const Zooms& zooms, const proto::Manifest& manifest) {
+MapWindow overview_of(const raster::Area& extent, const Zooms& zooms, const proto::Manifest& manifest) {
   const auto span = [&](int zoom) {
     return std::max(longitude_pixel(zoom, extent.east_deg) - longitude_pixel(zoom, extent.west_deg),
                     latitude_pixel(zoom, extent.south_deg) - latitude_pixel(zoom, extent.north_deg));
   };
   int zoom = 0;
   while (zoom < zooms.last && span(zoom + 1) <= OutlineFill::kOverviewPixels) ++zoom;
-  PixelWindow window{zoom, level_of(manifest, zooms, zoom, middle_deg(extent)), 0, 0, 0, 0, {}};
+  MapWindow window{zoom, level_of(manifest, zooms, zoom, middle_deg(extent)), 0, 0, 0, 0, {}};
   window.west = static_cast<std::int64_t>(std::floor(longitude_pixel(zoom, extent.west_deg)));
   window.north = static_cast<std::int64_t>(std::floor(latitude_pixel(zoom, extent.north_deg)));
   window.columns =
@@ -201,7 +201,7 @@ proto::Result<OutlineFill> OutlineFill::of(const Terrain& terrain) {
   if (!extent)
     return proto::Problem{
         "tile-unknown", "all of the dataset lies beyond 85.05 degrees of latitude, where Web Mercator ends", {}, {}};
-  PixelWindow overview = overview_of(*extent, zooms_of(terrain.manifest(), *extent), terrain.manifest());
+  MapWindow overview = overview_of(*extent, zooms_of(terrain.manifest(), *extent), terrain.manifest());
   if (const auto drawn = draw_heights(terrain, overview); !drawn) return drawn.problem();
   OutlineFill made;
   made.hull_ = closed_outline(overview);
@@ -214,13 +214,13 @@ proto::Result<OutlineFill> OutlineFill::of(const Terrain& terrain) {
   return made;
 }
 
-proto::Result<void> OutlineFill::fill(const Terrain& terrain, PixelWindow& window) const {
+proto::Result<void> OutlineFill::fill(const Terrain& terrain, MapWindow& window) const {
   if (!has_gaps(window)) return {};
   const bool coarse_enough = window.zoom <= filled_.front().zoom;
-  PixelWindow wide = coarse_enough ? PixelWindow() : grown(window, kRounds);
+  MapWindow wide = coarse_enough ? MapWindow() : grown(window, kRounds);
   if (!coarse_enough) {
     const auto extent = extent_of(terrain.manifest());
-    PixelWindow coarse = coarser(wide);
+    MapWindow coarse = coarser(wide);
     coarse.level = level_of(terrain.manifest(), zooms_of(terrain.manifest(), *extent), coarse.zoom, middle_deg(*extent));
     if (const auto drawn = draw_heights(terrain, coarse); !drawn) return drawn.problem();
     if (const auto done = fill(terrain, coarse); !done) return done.problem();
@@ -238,7 +238,7 @@ proto::Result<void> OutlineFill::fill(const Terrain& terrain, PixelWindow& windo
 
 /// The column, some turns on, that is nearest to the overview's middle.
 std::int64_t OutlineFill::turned(int zoom, std::int64_t column) const {
-  const PixelWindow& overview = filled_.front();
+  const MapWindow& overview = filled_.front();
   const double around = std::ldexp(kTilePixels, zoom);
   const double middle = std::ldexp(static_cast<double>(overview.west) + overview.columns / 2.0, zoom - overview.zoom);
   const double turns = std::round((middle - static_cast<double>(column)) / around);
@@ -246,7 +246,7 @@ std::int64_t OutlineFill::turned(int zoom, std::int64_t column) const {
 }
 
 double OutlineFill::height_m(int zoom, std::int64_t column, std::int64_t row) const {
-  const PixelWindow& window = filled_[static_cast<std::size_t>(filled_.front().zoom - zoom)];
+  const MapWindow& window = filled_[static_cast<std::size_t>(filled_.front().zoom - zoom)];
   const std::int64_t c = turned(zoom, column);
   const bool within =
       c >= window.west && row >= window.north && c < window.west + window.columns && row < window.north + window.rows;
@@ -256,7 +256,7 @@ double OutlineFill::height_m(int zoom, std::int64_t column, std::int64_t row) co
 }
 
 bool OutlineFill::hull(std::int64_t column, std::int64_t row) const {
-  const PixelWindow& overview = filled_.front();
+  const MapWindow& overview = filled_.front();
   if (column < overview.west || row < overview.north) return false;
   if (column >= overview.west + overview.columns || row >= overview.north + overview.rows) return false;
   return hull_[overview.index(column, row)];
@@ -272,7 +272,7 @@ bool OutlineFill::inside(int zoom, std::int64_t column, std::int64_t row) const 
   return true;
 }
 
-bool OutlineFill::holes_in(const PixelWindow& window) const {
+bool OutlineFill::holes_in(const MapWindow& window) const {
   for (std::size_t k = 0; k < window.height_m.size(); ++k) {
     const auto row = static_cast<std::int64_t>(k) / window.columns, column = static_cast<std::int64_t>(k) % window.columns;
     if (std::isnan(window.height_m[k]) && inside(window.zoom, window.west + column, window.north + row)) return true;
@@ -281,7 +281,7 @@ bool OutlineFill::holes_in(const PixelWindow& window) const {
 }
 
 bool OutlineFill::reaches(int zoom, std::int32_t x, std::int32_t y, bool faded) const {
-  const PixelWindow& overview = filled_.front();
+  const MapWindow& overview = filled_.front();
   const double scale = std::ldexp(1, overview.zoom - zoom);
   const auto first = [&](std::int64_t pixel) {
     return static_cast<std::int64_t>(std::floor(static_cast<double>(pixel) * scale)) - 2;
@@ -304,7 +304,7 @@ bool OutlineFill::reaches(int zoom, std::int32_t x, std::int32_t y, bool faded) 
 
 std::size_t OutlineFill::bytes() const {
   std::size_t bytes = sizeof(*this) + hull_.size() / 8;
-  for (const PixelWindow& window : filled_) bytes += sizeof(window) + window.height_m.size() * sizeof(double);
+  for (const MapWindow& window : filled_) bytes += sizeof(window) + window.height_m.size() * sizeof(double);
   return bytes;
 }
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "pipeline/faces/pixel_window.h"
+#include "pipeline/faces/map_window.h"
 #include "proto/result.h"
 
 namespace cordillera::pipeline::faces {
@@ -26,12 +26,12 @@ class OutlineFill {
   ///
   /// A pixel starts with what the next coarser zoom has there, its meshes first, filled by the same rule down to the overview.
   /// Then some rounds of averaging join it to the data beside it.
-  proto::Result<void> fill(const Terrain& terrain, PixelWindow& window) const;
+  proto::Result<void> fill(const Terrain& terrain, MapWindow& window) const;
 
   /// Whether a place without data lies in a hole, and not within a pixel of the overview of the outside. False in doubt.
   bool inside(int zoom, std::int64_t column, std::int64_t row) const;
   /// Whether any pixel of the window is not a number and inside.
-  bool holes_in(const PixelWindow& window) const;
+  bool holes_in(const MapWindow& window) const;
 
   /// Whether the outline, and what fades around it if that is asked for, can reach into the tile.
   bool reaches(int zoom, std::int32_t x, std::int32_t y, bool faded) const;
@@ -43,8 +43,8 @@ class OutlineFill {
   bool hull(std::int64_t column, std::int64_t row) const;
   std::int64_t turned(int zoom, std::int64_t column) const;
 
-  std::vector<PixelWindow> filled_;  // the overview, then each coarser zoom
-  std::vector<bool> hull_;           // indexed like the overview: data, or a hole in it
+  std::vector<MapWindow> filled_;  // the overview, then each coarser zoom
+  std::vector<bool> hull_;         // indexed like the overview: data, or a hole in it
 };
 
 }  // namespace cordillera::pipeline::faces

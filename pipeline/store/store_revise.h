@@ -13,7 +13,7 @@ namespace cordillera::pipeline {
 /// Texts that a store carries for whoever builds on it, by key. A store with the note kTasksNote keeps the meshes of all its
 /// tasks when it is published.
 inline constexpr const char* kTasksNote = "tasks";
-/// Of a store whose rasters can be changed: which ones it was made of. Beside such a store lies the list of changes.
+/// The note in a store whose rasters can be changed, of which ones it was made. The list of changes lies beside such a store.
 inline constexpr const char* kVersionNote = "version";
 inline constexpr const char* kChangesFile = "changes.json";
 

@@ -27,9 +27,9 @@ class Gate {
   static proto::Result<std::unique_ptr<Gate>> open(const AccessSettings& settings);
 
   bool has_tokens() const { return tokens_->configured(); }
-  /// Who asks. A bearer token that is nobody's is a problem, whatever is asked for.
+  /// Who asks. An unknown bearer token is a problem, whatever is asked for.
   proto::Result<Identity> identify(const Request& request) const;
-  /// Why this one may not do what takes the role; nothing: it may. The request's identity is that of identify().
+  /// Why the client may not do what needs the role; nothing: it may. The request's identity is that of identify().
   std::optional<proto::Problem> refuse(const Request& request, Role needed) const;
 
  private:

@@ -21,7 +21,7 @@ struct TokenLine {
 /// that is how a token is changed without a gap. where: what problems call the text.
 proto::Result<std::vector<TokenLine>> read_tokens(std::string_view text, const std::string& where);
 
-/// Whose token it is; Role::none if nobody's, and for one of more than 4 KiB, which is not looked for. Takes as long for a wrong
+/// Whose token it is. Role::none: it is nobody's, or longer than 4 KiB and not looked for. Takes as long for a wrong
 /// token as for a right one of its length.
 Identity find_token(const std::vector<TokenLine>& lines, std::string_view token);
 

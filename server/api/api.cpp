@@ -38,14 +38,14 @@ void add_cors(Response& response) {
 
 enum class Foreign : std::uint8_t { reads, writes };
 
-Response preflight(Resource resource, Foreign pages) {
+Response preflight(Endpoint endpoint, Foreign pages) {
   Response response;
   response.status = 204;
-  response.set("Allow", allowed_methods(resource));
+  response.set("Allow", allowed_methods(endpoint));
   // A POST of places reads as a GET does; only its body is longer than an address may be.
-  const bool asked_by_post = resource == Resource::elevation;
+  const bool asked_by_post = endpoint == Endpoint::elevation;
   const bool all = pages == Foreign::writes || asked_by_post;
-  response.set("Access-Control-Allow-Methods", all ? allowed_methods(resource) : "GET, HEAD, OPTIONS");
+  response.set("Access-Control-Allow-Methods", all ? allowed_methods(endpoint) : "GET, HEAD, OPTIONS");
   std::string headers = kReadingHeaders;
   if (pages == Foreign::writes)
     headers.append(", ").append(kWritingHeaders);
@@ -56,25 +56,25 @@ Response preflight(Resource resource, Foreign pages) {
   return response;
 }
 
-Response method_not_allowed(const Request& request, Resource resource) {
+Response method_not_allowed(const Request& request, Endpoint endpoint) {
   // A raster sent to where nothing takes one: who does not know the address is told it.
   const bool sent =
-      (request.method == "POST" || request.method == "PUT") && (resource == Resource::page || resource == Resource::index);
+      (request.method == "POST" || request.method == "PUT") && (endpoint == Endpoint::page || endpoint == Endpoint::index);
   auto response = problem_response({"method-not-allowed", request.method.substr(0, 20) + " is not possible here",
-                                    allowed_methods(resource) + (sent ? "; rasters go to POST /v1/datasets" : ""), ""});
-  response.set("Allow", allowed_methods(resource));
+                                    allowed_methods(endpoint) + (sent ? "; rasters go to POST /v1/datasets" : ""), ""});
+  response.set("Allow", allowed_methods(endpoint));
   return response;
 }
 
-bool allowed(const std::string& method, Resource resource) {
-  return (", " + allowed_methods(resource) + ",").find(", " + method + ",") != std::string::npos;
+bool allowed(const std::string& method, Endpoint endpoint) {
+  return (", " + allowed_methods(endpoint) + ",").find(", " + method + ",") != std::string::npos;
 }
 
 /// Of what is there now; who looks at a dataset's state does not read it.
 bool reads_terrain(const Route& route) {
-  const Resource what = route.resource;
-  return route.version.empty() && (what == Resource::face || what == Resource::manifest || what == Resource::elevation ||
-                                   what == Resource::mesh || what == Resource::archive);
+  const Endpoint what = route.endpoint;
+  return route.version.empty() && (what == Endpoint::face || what == Endpoint::manifest || what == Endpoint::elevation ||
+                                   what == Endpoint::mesh || what == Endpoint::archive);
 }
 
 /// Every path that a dataset has, for the answer to a misspelt one.
@@ -177,7 +177,7 @@ Response Api::handle(Request request) {
   asked->route = route_meant(asked->request);
   const LogScope scope("request", asked->request.id);
   if (auto& read = asked->request.read_body) {
-    const bool keeps = asked->route.resource == Resource::elevation && asked->request.headers.contains("prefer");
+    const bool keeps = asked->route.endpoint == Endpoint::elevation && asked->request.headers.contains("prefer");
     read = [counted = std::move(read), to = asked.get(), keeps](const Request::Sink& sink) {
       return counted([&](std::string_view piece) {
         to->received += piece.size();
@@ -193,8 +193,8 @@ std::optional<proto::Problem> Api::admit(Request& request, const Route& route) {
   const auto identity = service_.gate().identify(request);
   if (!identity) return identity.problem();
   request.who = *identity;
-  const bool open = request.method == "OPTIONS" || only_reads(request.method, route.resource);
-  const bool inner = route.resource == Resource::metrics && service_.gate().has_tokens();
+  const bool open = request.method == "OPTIONS" || only_reads(request.method, route.endpoint);
+  const bool inner = route.endpoint == Endpoint::metrics && service_.gate().has_tokens();
   return service_.gate().refuse(request, !open ? access::Role::write : inner ? access::Role::read : access::Role::none);
 }
 
@@ -226,7 +226,7 @@ Response Api::finished(const std::shared_ptr<Asked>& asked, Response response) {
   }
   if (response.anew) return asked_anew(asked, std::move(response));
   const Route& route = asked->route;
-  if (route.resource == Resource::face && route.found.resource->links == pipeline::faces::Links::tile_templates)
+  if (route.endpoint == Endpoint::face && route.found.resource->links == pipeline::faces::Links::tile_templates)
     make_absolute(asked->request, response);
   mark_variants(response);
   response = if_changed(asked->request, std::move(response));
@@ -264,23 +264,23 @@ bool Api::is_quick(const Request& request) const {
   const Route route = parse_route(request.path);
   const bool here = !service_.mounts().has(route.id);  // who waits for a storage is not quick
   // A .glb is made when it is asked for; those asked for lately are kept and given before anybody asks here.
-  const bool stored = route.resource == Resource::face && route.found.resource->path == "tiles/{z}/{x}/{y}.drc" && here;
-  return stored || route.resource == Resource::health || route.resource == Resource::readiness ||
-         route.resource == Resource::events;
+  const bool stored = route.endpoint == Endpoint::face && route.found.resource->path == "tiles/{z}/{x}/{y}.drc" && here;
+  return stored || route.endpoint == Endpoint::health || route.endpoint == Endpoint::readiness ||
+         route.endpoint == Endpoint::events;
 }
 
 Response Api::dispatch(const Request& request, const Route& route) {
   const uploads::Bounds bounds{std::uint64_t{service_.settings().serve.limits.body_mib} << 20, sender(request)};
   if (request.method == "OPTIONS") {
-    Response response = preflight(route.resource, service_.gate().has_tokens() ? Foreign::writes : Foreign::reads);
-    if (route.resource == Resource::uploads || route.resource == Resource::upload) uploads::announce(response, bounds);
+    Response response = preflight(route.endpoint, service_.gate().has_tokens() ? Foreign::writes : Foreign::reads);
+    if (route.endpoint == Endpoint::uploads || route.endpoint == Endpoint::upload) uploads::announce(response, bounds);
     return response;
   }
-  if (route.resource == Resource::none || route.resource == Resource::page) {
+  if (route.endpoint == Endpoint::none || route.endpoint == Endpoint::page) {
     if (auto moved = without_slash(request, [](const std::string& path) { return browser_page(path).has_value(); }))
       return *moved;
   }
-  if (route.resource == Resource::none) {
+  if (route.endpoint == Endpoint::none) {
     return problem_response({"not-found", "there is nothing at " + request.path.substr(0, 200),
                              "/v1/live, /v1/datasets, /v1/datasets/{id}, /v1/datasets/{id}.pmtiles and, below the dataset, "
                              "events, sources, versions, manifest.json, "
@@ -288,26 +288,26 @@ Response Api::dispatch(const Request& request, const Route& route) {
                                  face_paths(),
                              ""});
   }
-  if (!allowed(request.method, route.resource)) return method_not_allowed(request, route.resource);
-  switch (route.resource) {
-    case Resource::index: return index(request);
-    case Resource::health: return alive();
-    case Resource::readiness: return readiness(service_);
-    case Resource::metrics: return metrics_text(service_);
-    case Resource::limits: return limits_in_effect(service_);
-    case Resource::description: return api_description();
-    case Resource::stac: return stac::answer(service_, request, route);
-    case Resource::page:
+  if (!allowed(request.method, route.endpoint)) return method_not_allowed(request, route.endpoint);
+  switch (route.endpoint) {
+    case Endpoint::index: return index(request);
+    case Endpoint::health: return alive();
+    case Endpoint::readiness: return readiness(service_);
+    case Endpoint::metrics: return metrics_text(service_);
+    case Endpoint::limits: return limits_in_effect(service_);
+    case Endpoint::description: return api_description();
+    case Endpoint::stac: return stac::answer(service_, request, route);
+    case Endpoint::page:
       if (auto small = browser_page(request.path)) return *small;
       return page(service_.web_files(), service_.settings().serve.web, request, [&] { return newest(service_, request); });
-    case Resource::demo: return demo_page(service_.web_files(), service_.settings().serve.web, route.path);
-    case Resource::live: {
+    case Endpoint::demo: return demo_page(service_.web_files(), service_.settings().serve.web, route.path);
+    case Endpoint::live: {
       const Live live = live_dataset(service_, request, route);
       return live.answer ? *live.answer : of_dataset(live.request, live.route);
     }
-    case Resource::uploads: return begin_upload(service_, request, bounds);
-    case Resource::upload: return upload_in_parts(service_, request, route.id);
-    case Resource::datasets:
+    case Endpoint::uploads: return begin_upload(service_, request, bounds);
+    case Endpoint::upload: return upload_in_parts(service_, request, route.id);
+    case Endpoint::datasets:
       return request.method == "POST" || request.method == "PUT" ? post_dataset(service_, request)
                                                                  : dataset_list(service_, request);
     default: return of_dataset(request, route);
@@ -319,22 +319,22 @@ Response Api::of_dataset(const Request& request, const Route& route) {
   const Row dataset = service_.find(route.id);
   // One answer for both, and one way to it: else anybody could find out which private ids there are.
   if (!dataset || !may_see(request, *dataset)) return problem_response(unknown_to(request, route.id));
-  if (route.resource == Resource::dataset && request.method == "DELETE") return remove_dataset(service_, request, *dataset);
-  if (route.resource == Resource::dataset && request.method == "PATCH") return describe_dataset(service_, request, *dataset);
-  if (route.resource == Resource::dataset) return status_document(service_, request, *dataset);
+  if (route.endpoint == Endpoint::dataset && request.method == "DELETE") return remove_dataset(service_, request, *dataset);
+  if (route.endpoint == Endpoint::dataset && request.method == "PATCH") return describe_dataset(service_, request, *dataset);
+  if (route.endpoint == Endpoint::dataset) return status_document(service_, request, *dataset);
   if (reads_terrain(route) && !request.waited && service_.live().read(*dataset, sender(request))) {
     const Row now = service_.find(route.id);  // it may have been woken
     if (auto later = now ? wait_until_read(service_, request, *now, route) : std::nullopt) return *later;
   }
   const auto read = [&]() -> Response {
-    if (route.resource == Resource::rollback) return updates::rollback(service_, request, *dataset);
-    if (route.resource == Resource::events) return event_stream(service_, request, *dataset);
-    if (route.resource == Resource::elevation) return elevation(service_, *dataset, request, route);
-    if (route.resource == Resource::sources || route.resource == Resource::source)
+    if (route.endpoint == Endpoint::rollback) return updates::rollback(service_, request, *dataset);
+    if (route.endpoint == Endpoint::events) return event_stream(service_, request, *dataset);
+    if (route.endpoint == Endpoint::elevation) return elevation(service_, *dataset, request, route);
+    if (route.endpoint == Endpoint::sources || route.endpoint == Endpoint::source)
       return updates::sources(service_, request, *dataset, route);
-    if (route.resource == Resource::versions) return updates::versions(service_, *dataset);
-    if (route.resource == Resource::mesh) return extracted_mesh(service_, *dataset, request, route);
-    if (route.resource == Resource::archive) return archive(service_, request, *dataset, route);
+    if (route.endpoint == Endpoint::versions) return updates::versions(service_, *dataset);
+    if (route.endpoint == Endpoint::mesh) return extracted_mesh(service_, *dataset, request, route);
+    if (route.endpoint == Endpoint::archive) return archive(service_, request, *dataset, route);
     const std::string folder = service_.mounts().has(dataset->id) ? service_.mounts().folder(dataset->id) : "";
     return folder.empty() ? published(service_, *dataset, request, route) : published_folder(service_, *dataset, route, folder);
   };
@@ -348,7 +348,7 @@ Response Api::of_dataset(const Request& request, const Route& route) {
   if (!response.keep) response.keep = made_anew;
   const bool plain = dataset->state == State::ready && dataset->address.empty() && !dataset->is_private &&
                      !service_.mounts().has(dataset->id) && route.version.empty() && !logs_debug();
-  if (plain && route.resource == Resource::face && route.found.resource->tag != nullptr && response.shared) {
+  if (plain && route.endpoint == Endpoint::face && route.found.resource->tag != nullptr && response.shared) {
     response.same_while = state;
     response.counts = std::make_shared<const metrics::KeptCounts>(service_.metrics().kept_counts(route_name(route)));
   }

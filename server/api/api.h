@@ -23,7 +23,7 @@ class Api {
   /// Whether handle() only looks something up: microseconds, and never waits.
   bool is_quick(const Request& request) const;
   /// Whether handle() may make megabytes for this client alone.
-  bool makes_much(const Request& request) const { return parse_route(request.path).resource == Resource::mesh; }
+  bool makes_much(const Request& request) const { return parse_route(request.path).endpoint == Endpoint::mesh; }
   /// Another after every change of what datasets serve.
   std::uint64_t state() const { return service_.library().changes(); }
   /// An answer that says same_while is given to this request too, by whoever kept it: names and counts it. State and path were
@@ -33,7 +33,7 @@ class Api {
   void on_change(std::function<void()> listener) { service_.hub().listen(std::move(listener)); }
 
  private:
-  /// Who asks, and whether that one may.
+  /// Finds out who asks, and whether they may.
   std::optional<proto::Problem> admit(Request& request, const Route& route);
   Response answer(Request& request, const Route& route);
   struct Asked;
@@ -56,7 +56,7 @@ struct Exchange {
 };
 void finish(Service& service, const Exchange& exchange, Response& response);
 /// Whether the method only reads this resource.
-bool only_reads(const std::string& method, Resource resource);
+bool only_reads(const std::string& method, Endpoint endpoint);
 /// Whether the request may know of the dataset: a private one is nobody's but its owner's and an admin's.
 bool may_see(const Request& request, const Dataset& dataset);
 
@@ -67,7 +67,7 @@ Response readiness(Service& service);
 Response metrics_text(Service& service);
 Response limits_in_effect(Service& service);
 
-/// Who sends, as far as uploads are counted.
+/// The client to which an upload is counted: its token, or its address.
 std::string sender(const Request& request);
 /// POST /v1/datasets. id: what the dataset is to be called, which none is yet; empty: a name that nobody can guess.
 Response post_dataset(Service& service, const Request& request, const std::string& id = "");
@@ -90,7 +90,8 @@ struct Opened {
 Opened open_published(Service& service, const Dataset& dataset, const Route& route);
 /// The same, or what is shown of it while it is being built: its manifest says which (provisional).
 Opened open_readable(Service& service, const Dataset& dataset, const Route& route);
-/// Of a document or a tile: for ever below a version; else a client asks each time, and what has not changed costs it a 304.
+/// Cache-Control of a document or a tile. Below a version it is kept for ever; else a client asks each time, and gets a 304 for
+/// what has not changed.
 const char* cache_control(const Route& route);
 
 /// How long a request may wait for what is still to be made: as its Prefer says, within the operator's limit, or else so long.
@@ -106,7 +107,7 @@ inline constexpr std::size_t kMostLooks = 64;
 /// What a request waits for, of a dataset that is being built.
 struct Awaited {
   std::vector<proto::TileAddress> tiles;  ///< that are looked at for as long
-  /// Of what is shown of the dataset: whether it still lacks something of that. shown: null where nothing is shown yet.
+  /// Whether what is shown of the dataset still lacks something that is waited for. shown: null where nothing is shown yet.
   std::function<bool(const Dataset& dataset, const proto::Manifest* shown)> lacks;
   std::optional<proto::TileAddress> alone{};  ///< the answer is made of this tile and of no other
 };
@@ -145,7 +146,7 @@ Response extracted_mesh(Service& service, const Dataset& dataset, const Request&
 
 /// GET /v1/datasets/{id}.pmtiles.
 Response archive(Service& service, const Request& request, const Dataset& dataset, const Route& route);
-/// Of a private dataset: caches between here and the client must not hand it on.
+/// For answers of a private dataset: caches between here and the client must not hand them on.
 void keep_from_others(Response& response);
 
 /// …/elevation: heights at places and along lines. GET and POST alike read only.

@@ -147,9 +147,9 @@ std::string rest_of_query(const Given& query) {
 /// Documents name their tiles by paths beside their own, and some clients count these from where they were led to. What goes on
 /// for long, or is made for long, has one address.
 bool is_led_to(const Route& route) {
-  return route.resource == Resource::manifest || route.resource == Resource::events || route.resource == Resource::mesh ||
-         route.resource == Resource::archive ||
-         (route.resource == Resource::face && route.found.resource->grid == pipeline::faces::Grid::none);
+  return route.endpoint == Endpoint::manifest || route.endpoint == Endpoint::events || route.endpoint == Endpoint::mesh ||
+         route.endpoint == Endpoint::archive ||
+         (route.endpoint == Endpoint::face && route.found.resource->grid == pipeline::faces::Grid::none);
 }
 
 Response led_to(const std::string& location) {

@@ -80,7 +80,7 @@ struct Rasters {
   std::string hash;
 };
 
-Response create(Service& service, const Posting& posting, const Rasters& rasters, const Request& request, limits::Place slot) {
+Response create(Service& service, const Posting& posting, const Rasters& rasters, const Request& request, limits::Slot slot) {
   Upload& upload = rasters.first;
   Dataset dataset;
   dataset.id = posting.id.empty() ? make_id(posting.name) : posting.id;
@@ -117,7 +117,7 @@ Response create(Service& service, const Posting& posting, const Rasters& rasters
 struct Come {
   Upload& raster;
   std::vector<MoreRaster> more;
-  limits::Place place;
+  limits::Slot place;
   std::string hash;  ///< of all of them
 };
 
@@ -144,7 +144,7 @@ Response post(Service& service, const Request& request, Come* come, const std::s
     earlier = service.registry().find_by_key(request.who.name, posting->delivery.key);
     if (earlier && earlier->options_hash != posting->options_hash) return problem_response(key_reused("other options"));
   }
-  auto place = come != nullptr ? proto::Result<limits::Place>(std::move(come->place))
+  auto place = come != nullptr ? proto::Result<limits::Slot>(std::move(come->place))
                                : service.admission().enter(sender(request), posting->delivery.expected,
                                                            earlier ? limits::Entry::again : limits::Entry::fresh);
   if (!place) return problem_response(place.problem());

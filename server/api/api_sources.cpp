@@ -91,7 +91,7 @@ Response listed(Service& service, const Request& request, const Dataset& dataset
     if (!opened.terrain) return opened.refusal;
     json = fixed_json(opened.terrain->manifest());
   }
-  if (route.resource == Resource::source) {
+  if (route.endpoint == Endpoint::source) {
     const std::string id = route.path.substr(route.path.find('/') + 1);
     for (Json& one : json["sources"]) {
       if (one.value("id", "") != id) continue;

@@ -6,7 +6,7 @@
 
 namespace cordillera::server::stac {
 
-/// Of the route's path below /stac. A private dataset is in no list, and unknown, for who may not read it.
+/// The answer at a path below /stac. To who may not read it, a private dataset is unknown, and it is in no list.
 Response answer(Service& service, const Request& request, const Route& route);
 
 }  // namespace cordillera::server::stac

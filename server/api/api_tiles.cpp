@@ -175,7 +175,7 @@ constexpr std::string_view kSubtree = ".subtree";  // says which tiles there are
 
 /// The tile where the path's is, or of a subtree its root.
 std::optional<proto::TileAddress> tile_of(const Route& route) {
-  if (route.resource != Resource::face) return std::nullopt;
+  if (route.endpoint != Endpoint::face) return std::nullopt;
   const auto& [resource, place] = route.found;
   const auto tile = pipeline::faces::inside(resource->grid, place) ? on_lattice(resource->grid, place) : std::nullopt;
   return tile && tile->z > 0 ? tile : std::nullopt;
@@ -201,7 +201,7 @@ bool is_final(const proto::Manifest& shown, const Request& request, const Route&
 /// What a dataset, finished or not, has for a route.
 Response of_terrain(const std::shared_ptr<const pipeline::faces::Terrain>& terrain, const Request& request, const Route& route) {
   Response response =
-      route.resource == Resource::face
+      route.endpoint == Endpoint::face
           ? face(*terrain, request, route)
           : answer(pipeline::faces::document(pipeline::manifest_json(terrain->manifest())), "application/json", route);
   if (response.shared && is_compressible(response.header("Content-Type"))) response.keep = keep_in(terrain);
@@ -285,7 +285,7 @@ Response published_folder(Service& service, const Dataset& dataset, const Route&
   if (!route.version.empty())
     return problem_response({"version-unknown", "dataset " + dataset.id + " is a folder of finished tiles: it has one version",
                              "the address without a version", ""});
-  const bool of_face = route.resource == Resource::face;
+  const bool of_face = route.endpoint == Endpoint::face;
   auto file = file_of_folder(service.web_files(), folder, of_face ? route.path : "manifest.json",
                              of_face ? std::string(route.found.resource->type) : "application/json", cache_control(route));
   if (file) return std::move(*file);

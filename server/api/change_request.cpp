@@ -82,7 +82,7 @@ proto::Result<ChangeRequest> read_change(Service& service, const Request& reques
   auto options = other_parameters(request, asked.delivery);
   if (!options) return options.problem();
   const proto::DatasetSource* old = nullptr;
-  if (route.resource == Resource::source) {
+  if (route.endpoint == Endpoint::source) {
     const std::string id = route.path.substr(route.path.find('/') + 1);
     old = find(sources, id);
     if (old == nullptr)

@@ -23,7 +23,7 @@ struct Posting {
 /// Problems: of options, of what does not go together, and of the delivery.
 proto::Result<Posting> read_posting(Service& service, const Request& request, RasterIs raster);
 
-/// Of a form with several rasters: they are kept, as those of updates=1 are. Else why not.
+/// Makes it the posting of a form with several rasters, which are kept as those of updates=1 are. A problem: they cannot be.
 std::optional<proto::Problem> take_several(const Request& request, Posting& posting);
 
 bool is_given(const Given& options, std::string_view name);

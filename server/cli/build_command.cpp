@@ -68,12 +68,12 @@ int dry_run(const pipeline::BuildRequest& request, Show show) {
   return kDone;
 }
 
-proto::Result<proto::Manifest> build_store(const pipeline::BuildRequest& request, Words words, StageTimes& times) {
+proto::Result<proto::Manifest> build_store(const pipeline::BuildRequest& request, Verbosity words, StageTimes& times) {
   on_out_of_memory(STDERR_FILENO,
                    "\ncordillera: " + out_of_memory(request.options, request.raster_name).line() + "; what was built is kept\n");
   signal(SIGINT, [](int) { g_stop = true; });
   signal(SIGTERM, [](int) { g_stop = true; });
-  ProgressBar bar(words == Words::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none);
+  ProgressBar bar(words == Verbosity::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none);
   auto manifest = pipeline::build(
       request,
       [&](const proto::Progress& progress) {
@@ -94,8 +94,8 @@ proto::Result<void> export_to(const std::string& store, const BuildLine& line, c
   return pipeline::export_static(terrain, line.formats, folder.string(), line.other);
 }
 
-int done(const proto::Manifest& manifest, const std::string& place, Words words, StageTimes& times) {
-  if (words == Words::all)
+int done(const proto::Manifest& manifest, const std::string& place, Verbosity words, StageTimes& times) {
+  if (words == Verbosity::all)
     std::cout << manifest_table(manifest) << "took      " << times.text() << "\nwritten to " << place << "\n";
   return kDone;
 }

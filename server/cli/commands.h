@@ -22,7 +22,7 @@ inline constexpr int kDone = 0, kFailed = 1, kUsage = 2;
 int serve_command(const Settings& settings, const std::string& program, const std::function<void(int port)>& listening = {});
 
 /// What a command says besides problems.
-enum class Words { all, none };
+enum class Verbosity { all, none };
 
 enum class Show { table, json, problems };
 
@@ -39,7 +39,7 @@ struct BuildLine {
   std::vector<std::string> rasters;  ///< one, or several, folders and lists of them; see raster/mosaic/source_list.h
   std::string output;                ///< a static folder; one .sqlite file, or one that export writes, if it is called so
   pipeline::Existing other = pipeline::Existing::refuse;  ///< another build in the output's place
-  Words words = Words::all;
+  Verbosity words = Verbosity::all;
   Show show = Show::table;                            ///< of a dry run
   std::vector<const pipeline::faces::Face*> formats;  ///< of the folder
   std::string only_format;  ///< of an archive, which holds one: its name; empty: the one that export takes

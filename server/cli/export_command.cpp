@@ -29,12 +29,12 @@ using proto::Problem;
 constexpr const char* kEndings = ".pmtiles, .mbtiles, .3tz, .glb, .ply, .obj or .stl";
 
 /// A kind of archive: what its files are called, which faces it can hold, and how it is written.
-struct Archive {
+struct ArchiveKind {
   std::string_view ending;
   bool (*fits)(const Face&);
   proto::Result<void> (*write)(const Terrain&, const Face&, const std::string&, pipeline::Existing);
 };
-constexpr Archive kArchives[] = {
+constexpr ArchiveKind kArchives[] = {
     {"pmtiles", fits_pmtiles, write_pmtiles}, {"mbtiles", fits_mbtiles, write_mbtiles}, {"3tz", fits_3tz, write_3tz}};
 
 std::string ending_of(const std::string& path) {
@@ -57,7 +57,7 @@ proto::Result<std::unique_ptr<pipeline::StoreReader>> open_source(const std::str
   return pipeline::StoreReader::open(inside.string());
 }
 
-std::string names_of(const Archive& archive) {
+std::string names_of(const ArchiveKind& archive) {
   std::string names;
   for (const Face* face : pipeline::faces::all_faces()) {
     if (archive.fits(*face)) names.append(names.empty() ? "" : ", ").append(face->name);
@@ -66,7 +66,7 @@ std::string names_of(const Archive& archive) {
 }
 
 /// The one that was named; else pictures where the archive can hold any, since most programs that open it are maps, or its first.
-proto::Result<const Face*> face_for(const Archive& archive, const std::string& name) {
+proto::Result<const Face*> face_for(const ArchiveKind& archive, const std::string& name) {
   const Face* first = nullptr;
   for (const Face* face : pipeline::faces::all_faces()) {
     if (!archive.fits(*face) || (!name.empty() && face->name != name)) continue;
@@ -78,7 +78,7 @@ proto::Result<const Face*> face_for(const Archive& archive, const std::string& n
   return Problem{"usage", "a ." + std::string(archive.ending) + " holds " + what, names_of(archive), "--format"};
 }
 
-proto::Result<std::string> export_archive(const Archive& archive, const ExportLine& line, const Terrain& terrain) {
+proto::Result<std::string> export_archive(const ArchiveKind& archive, const ExportLine& line, const Terrain& terrain) {
   if (!line.mesh.empty()) {
     return Problem{"usage", line.mesh.front().first + " is for meshes: a ." + std::string(archive.ending) + " holds all tiles",
                    ".glb, .ply, .obj or .stl", line.mesh.front().first};
@@ -110,9 +110,9 @@ proto::Result<std::string> export_mesh(MeshKind kind, const ExportLine& line, co
          std::to_string(mesh->mesh.triangles.size()) + " triangles written to " + line.output;
 }
 
-const Archive* archive_of(const std::string& output) {
+const ArchiveKind* archive_of(const std::string& output) {
   const auto* const found = std::find_if(std::begin(kArchives), std::end(kArchives),
-                                         [ending = ending_of(output)](const Archive& kind) { return kind.ending == ending; });
+                                         [ending = ending_of(output)](const ArchiveKind& kind) { return kind.ending == ending; });
   return found == std::end(kArchives) ? nullptr : found;
 }
 
@@ -124,7 +124,7 @@ proto::Result<std::string> export_of(const ExportLine& line) {
   if (!look) return look.problem();
   const Terrain terrain(std::move(*store), *look);
   if (const auto shown = pipeline::faces::check_photo(terrain); !shown) return shown.problem();
-  const Archive* const archive = archive_of(line.output);
+  const ArchiveKind* const archive = archive_of(line.output);
   return archive != nullptr ? export_archive(*archive, line, terrain)
                             : export_mesh(*mesh_kind(ending_of(line.output)), line, terrain);
 }
@@ -137,7 +137,7 @@ proto::Result<void> check_export(const ExportLine& line) {
   if (line.output.empty()) {
     return Problem{"usage", "export needs to know where to write", std::string("-o FILE") + kEndings, "--output"};
   }
-  const Archive* const archive = archive_of(line.output);
+  const ArchiveKind* const archive = archive_of(line.output);
   const char* const look = line.look.given();
   if (archive == nullptr && !mesh_kind(ending_of(line.output))) {
     return Problem{"usage", "the name " + line.output + " does not say what to write", kEndings, "--output"};
@@ -171,7 +171,7 @@ proto::Result<std::string> export_file(const ExportLine& line) {
 int export_command(const ExportLine& line) {
   const auto said = export_file(line);
   if (said) {
-    if (line.words == Words::all) std::cout << *said << "\n";
+    if (line.words == Verbosity::all) std::cout << *said << "\n";
     return kDone;
   }
   complain(said.problem());

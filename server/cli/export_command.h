@@ -14,7 +14,7 @@ struct ExportLine {
   Given mesh;                  ///< options of a mesh, as given
   std::string most_triangles;  ///< of a mesh; empty: ten million
   pipeline::Existing other = pipeline::Existing::refuse;
-  Words words = Words::all;
+  Verbosity words = Verbosity::all;
 };
 int export_command(const ExportLine& line);
 

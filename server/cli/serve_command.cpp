@@ -25,9 +25,9 @@ namespace cordillera::server {
 
 namespace {
 
-front::Limits front_limits(const ServeSettings& settings) {
+front::HttpLimits front_limits(const ServeSettings& settings) {
   const Limits& from = settings.limits;
-  front::Limits limits;
+  front::HttpLimits limits;
   limits.loops = from.loops;
   limits.connections = from.connections;
   limits.connections_per_client = from.client_connections;

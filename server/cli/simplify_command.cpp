@@ -55,7 +55,7 @@ bool turned(const TriangleMesh& mesh) {
 }
 
 /// The result as it will stand in the file, how, and how far that is from the input.
-struct Outcome {
+struct SimplifyOutcome {
   TriangleMesh mesh;
   proto::MeshEncoding encoding;
   gpu::VerticalError error;
@@ -65,8 +65,8 @@ class Judge {
  public:
   Judge(const gpu::fit::HeightMesh& input, unsigned threads) : points_{input.x, input.y, input.z}, workers_(threads) {}
 
-  Outcome outcome(TriangleMesh mesh, const proto::MeshEncoding& encoding) {
-    Outcome outcome{proto::as_written(std::move(mesh), encoding), encoding, {}};
+  SimplifyOutcome outcome(TriangleMesh mesh, const proto::MeshEncoding& encoding) {
+    SimplifyOutcome outcome{proto::as_written(std::move(mesh), encoding), encoding, {}};
     const auto each = [&](std::size_t count, const std::function<void(std::size_t)>& work) {
       workers_.each(count, [&](std::size_t item, unsigned) { work(item); });
     };
@@ -80,8 +80,9 @@ class Judge {
 };
 
 /// Floats if the source had floats and they will do: they may not turn a triangle, nor lose the error that was asked for.
-Outcome best_outcome(Judge& judge, const TriangleMesh& mesh, proto::MeshEncoding encoding, const gpu::fit::MeshTarget& target) {
-  Outcome outcome = judge.outcome(mesh, encoding);
+SimplifyOutcome best_outcome(Judge& judge, const TriangleMesh& mesh, proto::MeshEncoding encoding,
+                             const gpu::fit::MeshTarget& target) {
+  SimplifyOutcome outcome = judge.outcome(mesh, encoding);
   if (encoding.coordinates == CoordinateType::float64) return outcome;
   const bool bound_lost = target.kind == gpu::fit::MeshTarget::Kind::error_m && outcome.error.max > target.value;
   if (!bound_lost && !turned(outcome.mesh)) return outcome;
@@ -158,7 +159,7 @@ int run(const SimplifyLine& line, const SimplifyRequest& request) {
   gpu::fit::HeightMesh& mesh = made->mesh;
   const TriangleMesh result{std::move(mesh.x), std::move(mesh.y), std::move(mesh.z), std::move(mesh.triangles)};
   Judge judge(input, request.threads);
-  const Outcome outcome = best_outcome(judge, result, *proto::encoding_for(line.output, file->encoding), request.target);
+  const SimplifyOutcome outcome = best_outcome(judge, result, *proto::encoding_for(line.output, file->encoding), request.target);
   report.written = outcome.encoding;
   report.error = outcome.error;
   clock.seconds();

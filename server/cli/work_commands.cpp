@@ -80,17 +80,17 @@ proto::Result<std::vector<std::size_t>> tasks_of(const WorkLine& line, const pro
 
 class TaskCounter {
  public:
-  TaskCounter(std::size_t all, Words words) : all_(all), words_(words) {}
+  TaskCounter(std::size_t all, Verbosity words) : all_(all), words_(words) {}
   void ended(const proto::WorkTask& task, work::TaskOutcome outcome) {
     ++done_;
-    if (words_ == Words::none) return;
+    if (words_ == Verbosity::none) return;
     std::cerr << done_ << "/" << all_ << " " << task.level() << "/" << task.x() << "/" << task.y()
               << (outcome == work::TaskOutcome::done ? "" : " was there") << "\n";
   }
 
  private:
   std::size_t all_, done_ = 0;
-  Words words_;
+  Verbosity words_;
 };
 
 /// One, or with cuda:all every GPU of the machine.
@@ -173,7 +173,7 @@ int plan_command(const Settings& settings, const PlanLine& line) {
   if (const auto written = work::write_plan(*plan, line.folder); !written) return fail(written.problem());
   for (const std::string& skipped : plan->skipped()) std::cerr << "cordillera: left out: " << skipped << "\n";
   for (const std::string& warning : plan->warnings()) std::cerr << "cordillera: warning: " << warning << "\n";
-  if (line.words == Words::all) return say(*plan, line.folder);
+  if (line.words == Verbosity::all) return say(*plan, line.folder);
   return kDone;
 }
 
@@ -264,12 +264,12 @@ int publish_command(const PublishLine& line) {
   if (remote) {
     if (const auto sent = raster::upload_file(store, line.output); !sent) return fail(sent.problem());
   }
-  if (line.words == Words::all)
+  if (line.words == Verbosity::all)
     std::cout << manifest_table(*manifest) << "written to " << (remote ? line.output : place.string()) << "\n";
   if (line.prune) {
     const auto removed = work::prune(*plan, line.folder);
     if (!removed) return fail(removed.problem());
-    if (line.words == Words::all) std::cout << *removed << " shards of other plans removed\n";
+    if (line.words == Verbosity::all) std::cout << *removed << " shards of other plans removed\n";
   }
   return kDone;
 }

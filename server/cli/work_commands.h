@@ -16,7 +16,7 @@ struct PlanLine {
   std::string folder;
   std::string block;  ///< samples along the side of a block, at most; empty: as memory allows
   BadSource bad = BadSource::refuse;
-  Words words = Words::all;
+  Verbosity words = Verbosity::all;
 };
 int plan_command(const Settings& settings, const PlanLine& line);
 
@@ -27,7 +27,7 @@ struct WorkLine {
   std::string part;   ///< K/N: the K-th of N parts of about equal cost, from 0; neither: all tasks of the stage
   std::string device;
   std::string threads;
-  Words words = Words::all;
+  Verbosity words = Verbosity::all;
 };
 int work_command(const WorkLine& line);
 
@@ -36,7 +36,7 @@ struct PublishLine {
   std::string output;  ///< a static folder, or one .sqlite file if it is called so
   pipeline::Existing other = pipeline::Existing::refuse;
   bool prune = false;  ///< shards that this plan does not name
-  Words words = Words::all;
+  Verbosity words = Verbosity::all;
   std::vector<const pipeline::faces::Face*> formats;
   LookWords look;  ///< of a folder's .glb tiles
 };

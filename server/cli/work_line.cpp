@@ -18,7 +18,7 @@ void WorkWords::add_to(CLI::App& app) {
           "most samples along the side of a block; smaller ones make changes cheaper and coarse levels larger [512 to 4096]")
       ->type_name("N");
   add_value_flag(*plan_, "--skip-bad", plan_line_.bad, BadSource::skip, "leave out rasters that cannot be used, and say so");
-  add_value_flag(*plan_, "-q,--quiet", plan_line_.words, Words::none, "say nothing but problems");
+  add_value_flag(*plan_, "-q,--quiet", plan_line_.words, Verbosity::none, "say nothing but problems");
 
   tasks_ = app.add_subcommand("tasks", "say how many tasks a plan has and how many are done");
   tasks_->add_option("plan", tasks_folder_, "a folder that plan wrote");
@@ -37,7 +37,7 @@ void WorkWords::add_to(CLI::App& app) {
   option("--device", work_line_.device, "DEVICE",
          "what computes [auto, cpu, cuda, cuda:N, cuda:all: every GPU here, a worker each]");
   option("--threads", work_line_.threads, "N", "threads; 0: one for each usable core [0 to 1024]");
-  add_value_flag(*work_, "-q,--quiet", work_line_.words, Words::none, "say nothing but problems");
+  add_value_flag(*work_, "-q,--quiet", work_line_.words, Verbosity::none, "say nothing but problems");
 
   publish_ = app.add_subcommand("publish", "check everything that the tasks of a plan left, and make it a dataset in one step");
   publish_->add_option("plan", publish_line_.folder, "a folder that plan wrote");
@@ -49,7 +49,7 @@ void WorkWords::add_to(CLI::App& app) {
     publish_->add_option(look.name, publish_line_.look.*look.value, look.help)->type_name(look.type);
   add_value_flag(*publish_, "--overwrite,--force", publish_line_.other, pipeline::Existing::replace, "replace what is there");
   publish_->add_flag("--prune", publish_line_.prune, "then remove results of earlier plans from the plan's folder");
-  add_value_flag(*publish_, "-q,--quiet", publish_line_.words, Words::none, "say nothing but problems");
+  add_value_flag(*publish_, "-q,--quiet", publish_line_.words, Verbosity::none, "say nothing but problems");
 }
 
 std::optional<int> WorkWords::run() {

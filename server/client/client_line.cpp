@@ -5,7 +5,7 @@
 namespace cordillera::server::client {
 namespace {
 
-void add_place(CLI::App& command, PlaceWords& place) {
+void add_place(CLI::App& command, ServiceWords& place) {
   command.add_option("--server", place.server, "the service's address; else CORDILLERA_SERVER, else http://127.0.0.1:8080")
       ->type_name("URL");
   command
@@ -16,9 +16,9 @@ void add_place(CLI::App& command, PlaceWords& place) {
       ->type_name("TOKEN");
 }
 
-void add_show(CLI::App& command, Show& show, Words& words) {
+void add_show(CLI::App& command, Show& show, Verbosity& words) {
   add_value_flag(command, "--json", show, Show::json, "one line of JSON, of what came out or of the problem");
-  add_value_flag(command, "-q,--quiet", words, Words::none, "no progress");
+  add_value_flag(command, "-q,--quiet", words, Verbosity::none, "no progress");
 }
 
 constexpr const char* kCodes = "Exit codes: 0 done, 1 refused or failed, 2 wrong usage, 75 trying again may help.";

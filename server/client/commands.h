@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "server/cli/commands.h"
-#include "server/client/place.h"
+#include "server/client/service_address.h"
 #include "server/options/options.h"
 
 namespace cordillera::server::client {
@@ -14,28 +14,28 @@ namespace cordillera::server::client {
 enum class After { leave, wait };
 
 struct PostLine {
-  PlaceWords place;
+  ServiceWords place;
   std::vector<std::string> rasters;  ///< several: the one that wins where they overlap first
   Given options;                     ///< of the table, as the command line spells them
   bool in_parts = false;             ///< whatever their size
   bool updates = false;              ///< other rasters may be added later
   After after = After::leave;
   Show show = Show::table;
-  Words words = Words::all;
+  Verbosity words = Verbosity::all;
   std::function<void()> accepted;  ///< called when the service has the dataset, before any wait; may be empty
 };
 int post_command(const PostLine& line);
 
 struct WatchLine {
-  PlaceWords place;
+  ServiceWords place;
   std::string id;
   Show show = Show::table;
-  Words words = Words::all;
+  Verbosity words = Verbosity::all;
 };
 int watch_command(const WatchLine& line);
 
 struct FetchLine {
-  PlaceWords place;
+  ServiceWords place;
   std::string id;
   std::vector<std::string> what;  ///< "10/617/763.drc", "manifest", "tileset" or any address below the dataset's
   std::string bbox, level;        ///< tiles of a box and of levels, as given
@@ -44,7 +44,7 @@ struct FetchLine {
   std::string output;             ///< a file, or a folder; empty: standard output
   std::string connections = "4";
   Show show = Show::table;
-  Words words = Words::all;
+  Verbosity words = Verbosity::all;
 };
 int fetch_command(const FetchLine& line);
 

@@ -20,7 +20,7 @@ void take_head(const httplib::Response& response, Answer& answer) {
 }  // namespace
 
 struct Connection::State {
-  explicit State(const Place& to) : place(to), http(to.host) {
+  explicit State(const ServiceAddress& to) : place(to), http(to.host) {
     // The library writes without MSG_NOSIGNAL; a service that closes must not end the program.
     signal(SIGPIPE, SIG_IGN);
     http.set_url_encode(false);
@@ -61,11 +61,11 @@ struct Connection::State {
     return call.length > 0 ? with_body(call, headers) : http.Post(path, headers);
   }
 
-  const Place place;
+  const ServiceAddress place;
   httplib::Client http;
 };
 
-Connection::Connection(const Place& place) : state_(std::make_unique<State>(place)) {}
+Connection::Connection(const ServiceAddress& place) : state_(std::make_unique<State>(place)) {}
 Connection::~Connection() = default;
 
 Answer Connection::send(const Call& call) {

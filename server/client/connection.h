@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/client/place.h"
+#include "server/client/service_address.h"
 
 namespace cordillera::server::client {
 
@@ -23,8 +23,8 @@ struct Call {
   std::string type = "application/octet-stream";  ///< of the body
   /// Bytes of the body from an offset on, at most so many; none: they cannot be read, and the call is given up.
   std::function<std::optional<std::string_view>(std::uint64_t from, std::size_t most)> body = {};
-  /// Of a GET: takes the body of an answer 200 as it comes; false: no more of it. Without: Answer::body has it. A GET with
-  /// conditions is not for this library: it waits for a body behind a 304 without a length. A HEAD is.
+  /// Takes the body of a 200 to a GET as it comes; false: no more of it. Without it the body is in Answer::body. A GET with
+  /// conditions cannot be sent: the library waits for a body behind a 304 without a length. A HEAD can.
   std::function<bool(std::string_view piece)> take = {};
   std::chrono::seconds patience{60};  ///< without a byte
 };
@@ -46,7 +46,7 @@ struct Answer {
 /// For one thread. Redirects are not followed: a token is shown to nobody else.
 class Connection {
  public:
-  explicit Connection(const Place& place);
+  explicit Connection(const ServiceAddress& place);
   ~Connection();
   Answer send(const Call& call);
 

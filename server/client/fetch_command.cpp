@@ -20,21 +20,22 @@ namespace fs = std::filesystem;
 using proto::Problem;
 
 /// What is to be fetched, and what is done where an address has nothing.
-enum class Absent { problem, counted, next };
+enum class WhenAbsent { problem, counted, next };
 struct FetchList {
   std::vector<std::string> addresses;
-  Absent absent = Absent::problem;
+  WhenAbsent absent = WhenAbsent::problem;
 };
 
-struct Counts {
+struct FetchCounts {
   std::atomic<std::size_t> fetched{0}, unchanged{0}, absent{0};
   std::atomic<std::uint64_t> bytes{0};
 };
 
 /// Addresses into files, by several connections.
-class Fetch {
+class Fetching {
  public:
-  Fetch(const Place& place, const FetchLine& line, FetchList wanted) : place_(place), line_(line), wanted_(std::move(wanted)) {}
+  Fetching(const ServiceAddress& place, const FetchLine& line, FetchList wanted)
+      : place_(place), line_(line), wanted_(std::move(wanted)) {}
 
   /// file: of the only address; empty: each has the path of its address, below the folder.
   proto::Result<void> into(const fs::path& folder, const std::string& file, std::size_t connections) {
@@ -45,9 +46,9 @@ class Fetch {
       threads.emplace_back([&] { work(**shelf, file); });
     for (std::thread& thread : threads) thread.join();
     if (problem_) return *problem_;
-    return wanted_.absent == Absent::next && next_ < kEnd ? nothing() : proto::Result<void>();
+    return wanted_.absent == WhenAbsent::next && next_ < kEnd ? nothing() : proto::Result<void>();
   }
-  const Counts& counts() const { return counts_; }
+  const FetchCounts& counts() const { return counts_; }
   std::string last() const { return last_; }
 
  private:
@@ -100,7 +101,7 @@ class Fetch {
         counts_.bytes += bytes;
         return done(address, part.put(name, from, answer.header("etag")));
       }
-      if (answer.whole(404) && wanted_.absent != Absent::problem && problem_in(object_in(answer)).type == "tile-unknown") {
+      if (answer.whole(404) && wanted_.absent != WhenAbsent::problem && problem_in(object_in(answer)).type == "tile-unknown") {
         ++counts_.absent;
         return {};
       }
@@ -109,30 +110,30 @@ class Fetch {
   }
 
   proto::Result<void> done(const std::string& address, proto::Result<void> put) {
-    if (!put || wanted_.absent != Absent::next) return put;
+    if (!put || wanted_.absent != WhenAbsent::next) return put;
     const std::lock_guard lock(mutex_);
     last_ = address;
     next_ = kEnd;
     return put;
   }
 
-  const Place& place_;
+  const ServiceAddress& place_;
   const FetchLine& line_;
   const FetchList wanted_;
-  Counts counts_;
+  FetchCounts counts_;
   std::atomic<std::size_t> next_{0};
   std::mutex mutex_;
   std::optional<Problem> problem_;
   std::string last_;
 };
 
-proto::Result<Answer> get(const Place& place, const FetchLine& line, const std::string& address) {
+proto::Result<Answer> get(const ServiceAddress& place, const FetchLine& line, const std::string& address) {
   Talk talk(place, line.words);
   const Answer answer = talk.patiently({"GET", "/v1/datasets/" + line.id + "/" + address});
   return answer.whole(200) ? proto::Result<Answer>(answer) : talk.problem_of(answer);
 }
 
-proto::Result<FetchList> wanted_by(const FetchLine& line, const Place& place) {
+proto::Result<FetchList> wanted_by(const FetchLine& line, const ServiceAddress& place) {
   FetchList wanted;
   for (const std::string& what : line.what) {
     auto address = address_named(what);
@@ -150,7 +151,7 @@ proto::Result<FetchList> wanted_by(const FetchLine& line, const Place& place) {
   auto addresses = line.middle ? addresses_from_the_middle(manifest, line.format)
                                : addresses_of(manifest, {line.bbox, line.level, line.format});
   if (!addresses) return addresses.problem();
-  return FetchList{std::move(*addresses), line.middle ? Absent::next : Absent::counted};
+  return FetchList{std::move(*addresses), line.middle ? WhenAbsent::next : WhenAbsent::counted};
 }
 
 std::optional<Problem> check(const FetchLine& line, std::size_t* connections) {
@@ -168,7 +169,7 @@ std::optional<Problem> check(const FetchLine& line, std::size_t* connections) {
   return std::nullopt;
 }
 
-int to_stdout(const Place& place, const FetchLine& line) {
+int to_stdout(const ServiceAddress& place, const FetchLine& line) {
   const auto address = address_named(line.what.front());
   if (!address) return tell(address.problem(), line.show);
   const auto answer = get(place, line, *address);
@@ -181,8 +182,8 @@ int to_stdout(const Place& place, const FetchLine& line) {
   return std::cout ? kDone : kFailed;
 }
 
-void say(const FetchLine& line, const Fetch& fetch) {
-  const Counts& counts = fetch.counts();
+void say(const FetchLine& line, const Fetching& fetch) {
+  const FetchCounts& counts = fetch.counts();
   if (line.show == Show::json) {
     Json json = {{"fetched", counts.fetched.load()},
                  {"unchanged", counts.unchanged.load()},
@@ -192,7 +193,7 @@ void say(const FetchLine& line, const Fetch& fetch) {
     std::cout << json.dump() << std::endl;
   } else if (line.middle) {
     std::cout << fetch.last() << std::endl;
-  } else if (line.words == Words::all) {
+  } else if (line.words == Verbosity::all) {
     std::cerr << counts.fetched << " fetched, " << counts.bytes << " bytes; " << counts.unchanged << " unchanged; "
               << counts.absent << " addresses without a tile\n";
   }
@@ -203,7 +204,7 @@ void say(const FetchLine& line, const Fetch& fetch) {
 int fetch_command(const FetchLine& line) {
   std::size_t connections = 0;
   if (const auto wrong = check(line, &connections)) return tell(*wrong, line.show);
-  const auto place = find_place(line.place);
+  const auto place = find_service(line.place);
   if (!place) return tell(place.problem(), line.show);
   if (line.output.empty()) return to_stdout(*place, line);
   auto wanted = wanted_by(line, *place);
@@ -211,7 +212,7 @@ int fetch_command(const FetchLine& line) {
   const fs::path output = line.output;
   std::error_code error;
   const bool file = line.what.size() == 1 && output.has_filename() && !fs::is_directory(output, error);
-  Fetch fetch(*place, line, std::move(*wanted));
+  Fetching fetch(*place, line, std::move(*wanted));
   const fs::path folder = !file ? output : output.has_parent_path() ? output.parent_path() : fs::path(".");
   const auto fetched = fetch.into(folder, file ? output.filename().string() : "", connections);
   if (!fetched) return tell(fetched.problem(), line.show);

@@ -43,7 +43,7 @@ enum class Keeps { dataset, nothing };
 
 class Post {
  public:
-  Post(const PostLine& line, const Place& place, Keeps keeps)
+  Post(const PostLine& line, const ServiceAddress& place, Keeps keeps)
       : line_(line), talk_(place, line.words), sender_(talk_, line.words), keeps_(keeps) {}
 
   /// What the service says of the dataset, or of the dry run.
@@ -64,7 +64,7 @@ class Post {
     return answer;
   }
   proto::Result<Json> wait(const std::string& id) {
-    ProgressBar bar(line_.words == Words::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none);
+    ProgressBar bar(line_.words == Verbosity::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none);
     return follow(talk_, id, bar);
   }
   const std::string& address() const { return talk_.address(); }
@@ -72,7 +72,7 @@ class Post {
  private:
   static std::string name_of(const std::string& path) { return fs::path(path).filename().string(); }
 
-  Target dataset_target() const {
+  PostTarget dataset_target() const {
     Given query = as_query(line_.options);
     std::string name = name_of(line_.rasters.front());
     bool named = false;
@@ -84,7 +84,7 @@ class Post {
     return {"/v1/datasets", query_text(query), name};
   }
 
-  Target source_target(const std::string& id, std::size_t position) const {
+  PostTarget source_target(const std::string& id, std::size_t position) const {
     const std::string name = name_of(line_.rasters[position]);
     Given query = {{"name", name}, {"position", std::to_string(position)}};
     for (const auto& option : as_query(line_.options)) {
@@ -93,7 +93,7 @@ class Post {
     return {"/v1/datasets/" + id + "/sources", query_text(query), name};
   }
 
-  proto::Result<Json> send(const std::string& path, const Target& target) {
+  proto::Result<Json> send(const std::string& path, const PostTarget& target) {
     if (!is_utf8(target.name))
       return Problem{"usage", "the file's name is no UTF-8 text", "--name, or a file with another name", "--name"};
     auto file = LocalFile::open(path);
@@ -162,7 +162,7 @@ int post_command(const PostLine& line) {
                  "cordillera build --dry-run " + line.rasters.front() + " …", "--dry-run"},
                 line.show);
   }
-  const auto place = find_place(line.place);
+  const auto place = find_service(line.place);
   if (!place) return tell(place.problem(), line.show);
   Post post(line, *place, settings->dry_run ? Keeps::nothing : Keeps::dataset);
   const auto answer = post.run();

@@ -67,7 +67,7 @@ Call Sender::with_bytes(LocalFile& file, std::uint64_t from, std::uint64_t count
   return call;
 }
 
-proto::Result<Json> Sender::send(LocalFile& file, const Target& target, Way way) {
+proto::Result<Json> Sender::send(LocalFile& file, const PostTarget& target, Way way) {
   started_ = shown_ = Clock::now();
   first_ = 0;
   auto sent = way == Way::whole ? send_whole(file, target) : send_parts(file, target);
@@ -75,7 +75,7 @@ proto::Result<Json> Sender::send(LocalFile& file, const Target& target, Way way)
   return file.problem() ? proto::Result<Json>(*file.problem()) : sent;
 }
 
-proto::Result<Json> Sender::send_whole(LocalFile& file, const Target& target) {
+proto::Result<Json> Sender::send_whole(LocalFile& file, const PostTarget& target) {
   Call call = with_bytes(file, 0, file.size());
   call.method = "POST";
   call.path = target.path + "?" + target.query;
@@ -91,7 +91,7 @@ proto::Result<Json> Sender::send_whole(LocalFile& file, const Target& target) {
   }
 }
 
-proto::Result<Json> Sender::send_parts(LocalFile& file, const Target& target) {
+proto::Result<Json> Sender::send_parts(LocalFile& file, const PostTarget& target) {
   // Whatever the options are: who corrects one goes on with the same bytes.
   auto opened = UploadNote::open(talk_.address() + "\n" + target.path + "\n" + file.path(), file.identity());
   if (!opened) return opened.problem();
@@ -120,7 +120,7 @@ proto::Result<Json> Sender::send_parts(LocalFile& file, const Target& target) {
   return taken(answer) ? proto::Result<Json>(object_in(answer)) : talk_.problem_of(answer);
 }
 
-proto::Result<void> Sender::begin(const LocalFile& file, const Target& target, UploadNote& note) {
+proto::Result<void> Sender::begin(const LocalFile& file, const PostTarget& target, UploadNote& note) {
   Call call = {"POST", "/v1/uploads"};
   call.headers = {{"Tus-Resumable", "1.0.0"},
                   {"Upload-Length", std::to_string(file.size())},
@@ -157,7 +157,7 @@ proto::Result<void> Sender::send_rest(LocalFile& file, const UploadNote& note, s
   return {};
 }
 
-Answer Sender::finish(const Target& target, const std::string& upload) {
+Answer Sender::finish(const PostTarget& target, const std::string& upload) {
   Call call = {"POST", target.path + "?" + target.query + "&upload=" + upload};
   call.patience = kOfHashing;
   return talk_.patiently(call);

@@ -17,7 +17,7 @@ inline constexpr std::uint64_t kLarge = std::uint64_t{64} << 20;
 inline constexpr std::uint64_t kPart = std::uint64_t{32} << 20;
 
 /// Where a raster goes, and what it is called there.
-struct Target {
+struct PostTarget {
   std::string path;   ///< "/v1/datasets"
   std::string query;  ///< "name=a.tif&error=5"
   std::string name;
@@ -27,21 +27,21 @@ enum class Way { whole, parts };
 
 class Sender {
  public:
-  Sender(Talk& talk, Words words)
-      : talk_(talk), bar_(words == Words::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none) {}
+  Sender(Talk& talk, Verbosity words)
+      : talk_(talk), bar_(words == Verbosity::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none) {}
 
   /// What the service answers, an answer of 200, 201 or 202; else a problem.
-  proto::Result<Json> send(LocalFile& file, const Target& target, Way way);
+  proto::Result<Json> send(LocalFile& file, const PostTarget& target, Way way);
   /// Everything that was sent is where it belongs: a next line sends it anew.
   void forget();
 
  private:
-  proto::Result<Json> send_whole(LocalFile& file, const Target& target);
-  proto::Result<Json> send_parts(LocalFile& file, const Target& target);
-  proto::Result<void> begin(const LocalFile& file, const Target& target, UploadNote& note);
+  proto::Result<Json> send_whole(LocalFile& file, const PostTarget& target);
+  proto::Result<Json> send_parts(LocalFile& file, const PostTarget& target);
+  proto::Result<void> begin(const LocalFile& file, const PostTarget& target, UploadNote& note);
   /// From the byte on that the upload stands at.
   proto::Result<void> send_rest(LocalFile& file, const UploadNote& note, std::uint64_t offset);
-  Answer finish(const Target& target, const std::string& upload);
+  Answer finish(const PostTarget& target, const std::string& upload);
   Call with_bytes(LocalFile& file, std::uint64_t from, std::uint64_t count);
   void show(std::uint64_t done, std::uint64_t total);
 

@@ -55,7 +55,7 @@ bool Talk::may_help(const Answer& answer) {
   if (!heard_ || !passes_by(answer)) return false;
   const milliseconds wait = std::max(pause_, asked_for(answer));
   if (std::chrono::steady_clock::now() + wait > moved_ + kPatience) return false;
-  if (words_ == Words::all) {
+  if (words_ == Verbosity::all) {
     std::cerr << "cordillera: " << problem_of(answer).detail << "; trying again in " << (wait.count() + 999) / 1000 << " s\n";
   }
   std::this_thread::sleep_for(wait);

@@ -17,7 +17,7 @@ inline constexpr std::chrono::seconds kPatience{120};
 
 class Talk {
  public:
-  Talk(const Place& place, Words words) : connection_(place), address_(place.address()), words_(words) {}
+  Talk(const ServiceAddress& place, Verbosity words) : connection_(place), address_(place.address()), words_(words) {}
 
   /// One call. The first one that is answered makes later ones patient.
   Answer once(const Call& call);
@@ -35,13 +35,13 @@ class Talk {
  private:
   Connection connection_;
   std::string address_;
-  Words words_;
+  Verbosity words_;
   bool heard_ = false;
   std::chrono::milliseconds pause_{250};
   std::chrono::steady_clock::time_point moved_ = std::chrono::steady_clock::now();
 };
 
-/// Of RFC 9457's members; detail is what the text says if they are missing.
+/// The problem in an answer (RFC 9457). Where the members are missing, detail is the text itself.
 proto::Problem problem_in(const Json& json);
 
 /// 1, 2 where the command line is wrong, 75 where trying again may help.

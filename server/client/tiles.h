@@ -22,7 +22,7 @@ struct TileWords {
 /// dataset is in them.
 proto::Result<std::vector<std::string>> addresses_of(const Json& manifest, const TileWords& words);
 
-/// Of the finest level, those nearest to the middle of the data first.
+/// Addresses of tiles of the finest level, those nearest to the middle of the data first.
 proto::Result<std::vector<std::string>> addresses_from_the_middle(const Json& manifest, const std::string& format);
 
 }  // namespace cordillera::server::client

@@ -20,7 +20,7 @@ class UploadNote {
 
   /// The upload of these very bytes that is under way; empty: none.
   const std::string& upload() const { return upload_; }
-  /// Of bytes that the file no longer has; empty: none.
+  /// The upload of bytes that the file no longer has; empty: none.
   const std::string& outdated() const { return outdated_; }
   void keep(const std::string& upload);
   /// The work is done: the file goes.

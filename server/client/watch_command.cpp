@@ -11,15 +11,15 @@ int watch_command(const WatchLine& line) {
     return tell(
         {"usage", "'" + line.id + "' is no dataset's id", "an id that post printed, or that GET /v1/datasets lists", "id"},
         line.show);
-  const auto place = find_place(line.place);
+  const auto place = find_service(line.place);
   if (!place) return tell(place.problem(), line.show);
   Talk talk(*place, line.words);
-  ProgressBar bar(line.words == Words::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none);
+  ProgressBar bar(line.words == Verbosity::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none);
   const auto ready = follow(talk, line.id, bar);
   if (!ready) return tell(ready.problem(), line.show);
   if (line.show == Show::json) {
     std::cout << ready->dump(-1, ' ', false, Json::error_handler_t::replace) << std::endl;
-  } else if (line.words == Words::all) {
+  } else if (line.words == Verbosity::all) {
     std::cout << how_it_stands(*ready) << std::endl;
   }
   return kDone;

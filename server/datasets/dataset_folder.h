@@ -19,7 +19,7 @@ inline constexpr const char* kDeletedFile =
 inline constexpr const char* kFetchedFile =
     "fetched.json";  ///< what the server said of the raster that was fetched: whether it is still the same
 
-/// Of a file's name: one of these, which stay as long as the folder does.
+/// Whether a file's name is one of these three, which stay as long as the folder does.
 inline bool is_record(const std::filesystem::path& name) {
   return name == kRecordFile || name == kDeletedFile || name == kFetchedFile;
 }

@@ -20,7 +20,7 @@ inline std::string finest_store(const proto::TileAddress& block) {
 }
 inline bool is_finest_store(const std::string& name) { return name.starts_with(kFinestStore); }
 
-/// Of a raster that is fetched piece by piece: which of its pieces are there. Without it the raster is not there.
+/// The file that says which blocks of a raster are there while it is fetched by ranges. Without it nothing of the raster is.
 inline std::filesystem::path map_of(const std::filesystem::path& raster) { return raster.string() + ".blocks"; }
 
 struct Layout {

@@ -34,9 +34,9 @@ inline constexpr const char* kVersions = "versions";
 /// Whether rasters of the dataset in the folder can be changed.
 bool is_changeable(const std::filesystem::path& folder);
 std::filesystem::path kept_store(const std::filesystem::path& folder, std::uint32_t number);
-/// Of earlier versions, greatest first.
+/// Numbers of the earlier versions that are kept, greatest first.
 std::vector<std::uint32_t> kept_numbers(const std::filesystem::path& folder);
-/// Of what the store of a dataset whose rasters can be changed was made; nullopt: no such file. Problem: "store-damaged".
+/// What the store of a dataset whose rasters can be changed was made of; nullopt: no such file. Problem: "store-damaged".
 proto::Result<std::optional<proto::DatasetVersion>> version_in(const std::filesystem::path& store);
 
 /// Puts the first change of a dataset into a folder that nobody knows of yet.
@@ -54,7 +54,7 @@ class Ledger {
 
   bool holds(const std::string& id) const { return is_changeable(layout_.dataset(id)); }
   proto::SourceChanges read(const std::string& id) const;
-  /// Of the version that is served; without one, and of one raster for good, none.
+  /// The version that is served; empty where there is none, and of a dataset of one raster that does not change.
   proto::DatasetVersion current(const std::string& id) const;
   /// What the rasters will be when all that is pending has been done.
   std::vector<proto::DatasetSource> expected(const std::string& id) const;

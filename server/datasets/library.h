@@ -33,8 +33,8 @@ struct Summary {
 };
 
 struct LibraryBounds {
-  /// Of what the faces of all open datasets decoded, made and read. Else who walks through all datasets would take 112 MiB with
-  /// each.
+  /// Memory for what the faces of all open datasets decoded, made and read. Without a common bound, a client that walks through
+  /// all datasets would take 112 MiB with each.
   std::size_t kept_bytes = std::size_t{480} << 20;  // and 32 MiB that the front keeps
   std::size_t open = 64;                            ///< datasets, a few descriptors each
 };

@@ -15,7 +15,7 @@ namespace cordillera::server {
 class ListTexts {
  public:
   using Make = std::function<std::string()>;
-  /// Of what an item says.
+  /// What an item of the list is made from.
   struct Subject {
     const Row& row;
     const std::shared_ptr<const Summary>& summary;

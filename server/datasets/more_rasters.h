@@ -39,9 +39,9 @@ class MoreRasters {
   bool written_ = true;
 };
 
-/// Of the files of one body, those that say something of one of its rasters (dem.hdr, dem.prj, dem.tfw of dem.tif) become one zip
-/// with it, in its place and under its name: what reads rasters takes that for the raster. files: in the order sent, those that
-/// stay in theirs. Problems: "storage-full", "body-too-large".
+/// Puts files that describe a raster of the same body (dem.hdr, dem.prj, dem.tfw of dem.tif) into one zip with it, in its place
+/// and under its name: what reads rasters takes that for the raster. files: in the order sent; the rasters keep their order.
+/// Problems: "storage-full", "body-too-large".
 proto::Result<std::vector<MoreRaster>> with_sides_packed(const std::filesystem::path& folder,
                                                          const std::vector<MoreRaster>& files);
 

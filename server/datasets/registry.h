@@ -66,7 +66,7 @@ class Registry {
  public:
   /// "data-version", "data-unusable": among others another program's database.
   static proto::Result<std::unique_ptr<Registry>> open(const std::string& path);
-  /// Of a folder that a server may be using. Changes nothing.
+  /// For reading alone, while a server may be using the file.
   static std::unique_ptr<Registry> read_only(const std::string& path);
   /// The file as it stands, into a new one, while a server may be using it.
   static void copy(const std::string& from, const std::string& to);

@@ -31,12 +31,12 @@ struct FetchBounds {
   Clock::duration grace;  ///< before a host has to keep up
 };
 
-enum class Wanted { whole, beginning };
+enum class WantedRaster { whole, beginning };
 
 struct FetchOrder {
   const std::string& address;
   const fs::path& file;
-  Wanted wanted;
+  WantedRaster wanted;
 };
 
 /// Takes what comes, within what the operator lets a raster have.
@@ -174,10 +174,10 @@ std::optional<Print> beginning_of(const Got& got, const Sink& sink) {
   return print;
 }
 
-proto::Result<Print> fetch_http(const ServeSettings& settings, std::string address, Sink& sink, Wanted wanted) {
+proto::Result<Print> fetch_http(const ServeSettings& settings, std::string address, Sink& sink, WantedRaster wanted) {
   for (int redirects = 0; redirects <= kMostRedirects; ++redirects) {
     Begun begun;
-    if (wanted == Wanted::beginning)
+    if (wanted == WantedRaster::beginning)
       begun = ask_for_beginning(address, sink);
     else
       begun.got = get_whole(address, sink);
@@ -185,10 +185,10 @@ proto::Result<Print> fetch_http(const ServeSettings& settings, std::string addre
     if (sink.problem()) return *sink.problem();
     if (sink.stopped()) return pipeline::kCancelled;
     const bool no_part = got.status == 206 || got.status == 416 || (got.status == 200 && !got.range.empty());
-    if (wanted == Wanted::beginning && no_part) {
+    if (wanted == WantedRaster::beginning && no_part) {
       const auto print = begun.part ? beginning_of(got, sink) : std::nullopt;
       if (print) return *print;
-      wanted = Wanted::whole;
+      wanted = WantedRaster::whole;
       if (!sink.begin_anew()) return *sink.problem();
       --redirects;
       continue;
@@ -257,7 +257,7 @@ Still compared(const Print& now, const Print& before) {
 }  // namespace
 
 Fetch fetcher(const ServeSettings& settings, limits::Space& space, std::chrono::milliseconds grace) {
-  const auto into = [settings, &space, grace](Wanted wanted) -> Fetch::Into {
+  const auto into = [settings, &space, grace](WantedRaster wanted) -> Fetch::Into {
     return [settings, &space, grace, wanted](const std::string& address, const fs::path& file, const std::atomic<bool>& stop) {
       return fetch_into({settings, grace}, space, {address, file, wanted}, stop);
     };
@@ -265,7 +265,7 @@ Fetch fetcher(const ServeSettings& settings, limits::Space& space, std::chrono::
   const auto rest = [settings, &space](RangedSource::Place place) {
     return RangedSource::open(settings, space, std::move(place));
   };
-  return {into(Wanted::whole), into(Wanted::beginning), rest};
+  return {into(WantedRaster::whole), into(WantedRaster::beginning), rest};
 }
 
 Ask asker(const ServeSettings& settings) {

@@ -16,8 +16,8 @@
 
 namespace cordillera::server::updates {
 
-/// Of http://, https:// and s3:// within the operator's list; redirects stay within it too. Problems: "source-unreachable",
-/// "body-too-large", "storage-full", "cancelled".
+/// Fetches rasters from http://, https:// and s3:// addresses within the operator's list; redirects stay within it too. Problems:
+/// "source-unreachable", "body-too-large", "storage-full", "cancelled".
 struct Fetch {
   using Into = std::function<proto::Result<Print>(const std::string& address, const std::filesystem::path& file,
                                                   const std::atomic<bool>& stop)>;

@@ -7,7 +7,7 @@
 
 namespace cordillera::server::front {
 
-/// Of what is made while a client waits: quality 5, up to a fifth larger than the best that brotli can, and many times as quick.
+/// For what is compressed while a client waits: quality 5, up to a fifth larger than brotli's best and many times as quick.
 std::string brotli(std::string_view bytes);
 
 /// Reads a compressed body in pieces.

@@ -130,7 +130,7 @@ void Connection::linger() {
 }
 
 void Connection::tick(Clock::time_point now) {
-  const Limits& limits = shared_.limits;
+  const HttpLimits& limits = shared_.limits;
   if (failed_) return close();
   switch (state_) {
     case State::head:

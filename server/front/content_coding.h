@@ -22,7 +22,7 @@ class ContentCoder {
  private:
   std::shared_ptr<const std::string> kept(const std::string& name, const std::function<std::string()>& make);
 
-  /// Of answers that say nowhere else: the viewer's and the service's own, of which there are few.
+  /// For answers that name no other place: the viewer's and the service's own, of which there are few.
   pipeline::faces::Lru<std::string, std::shared_ptr<const std::string>> kept_{std::size_t{16} << 20};
 };
 

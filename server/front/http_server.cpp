@@ -24,7 +24,7 @@ constexpr auto kNoDescriptors = std::chrono::milliseconds(100);
 
 class AsioServer final : public HttpServer {
  public:
-  AsioServer(Api& api, const Limits& limits, OnServed on_served)
+  AsioServer(Api& api, const HttpLimits& limits, OnServed on_served)
       : shared_(api, limits, std::move(on_served)),
         most_sockets_(limits.connections + limits::refused_sockets(limits.connections)) {
     for (std::size_t k = 0; k < limits.loops; ++k) loops_.push_back(std::make_unique<Loop>(shared_));
@@ -135,7 +135,7 @@ class AsioServer final : public HttpServer {
 
 }  // namespace
 
-proto::Result<std::unique_ptr<HttpServer>> HttpServer::bind(Api& api, const std::string& listen, const Limits& limits,
+proto::Result<std::unique_ptr<HttpServer>> HttpServer::bind(Api& api, const std::string& listen, const HttpLimits& limits,
                                                             OnServed on_served) {
   const auto colon = listen.rfind(':');
   std::string host = listen.substr(0, colon);

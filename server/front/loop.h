@@ -26,7 +26,7 @@ class Loop {
   Shared& shared() { return shared_; }
   boost::asio::io_context& io() { return io_; }
 
-  /// Returns when stop() was called and the answers under way have gone out, or Limits::drain is over.
+  /// Returns when stop() was called and the answers under way have gone out, or HttpLimits::drain is over.
   void run();
 
   // From any thread.

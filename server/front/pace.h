@@ -13,10 +13,10 @@ using Clock = std::chrono::steady_clock;
 /// Only time that was spent waiting for the client counts: a slow disk or a busy machine is not its fault.
 class Pace {
  public:
-  explicit Pace(const Limits& limits) : limits_(&limits), least_rate_(limits.min_rate) {}
+  explicit Pace(const HttpLimits& limits) : limits_(&limits), least_rate_(limits.min_rate) {}
 
   void start() { *this = Pace(*limits_); }
-  /// Of so many bytes: a large whole has to move faster, or it would be held for hours.
+  /// Starts with a known number of bytes. A large body has to move faster, or it would take hours.
   void start(std::uint64_t whole) {
     start();
     least_rate_ = std::max(least_rate_, static_cast<double>(whole) / static_cast<double>(limits_->answer.count()));
@@ -39,7 +39,7 @@ class Pace {
   }
 
  private:
-  const Limits* limits_;
+  const HttpLimits* limits_;
   double least_rate_;  ///< bytes a second
   Clock::time_point since_{};
   Clock::duration waited_{};

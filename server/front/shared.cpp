@@ -21,7 +21,7 @@ bool is_range(const std::string& header) {
 
 }  // namespace
 
-Shared::Shared(Api& api_, const Limits& limits_, OnServed on_served_)
+Shared::Shared(Api& api_, const HttpLimits& limits_, OnServed on_served_)
     : api(api_),
       limits(limits_),
       on_served(std::move(on_served_)),

@@ -14,10 +14,10 @@
 namespace cordillera::server::front {
 
 struct Shared {
-  Shared(Api& api_, const Limits& limits_, OnServed on_served_);
+  Shared(Api& api_, const HttpLimits& limits_, OnServed on_served_);
 
   Api& api;
-  const Limits limits;
+  const HttpLimits limits;
   const OnServed on_served;
   ContentCoder coder;
   KeptAnswers kept;

@@ -22,7 +22,7 @@ class Digest {
 
 std::string digest(std::string_view bytes);
 
-/// Of a file's bytes; empty when it cannot be read.
+/// The digest of a file; empty when it cannot be read.
 std::string digest_of_file(const std::filesystem::path& file);
 
 /// Whether they are equal; how long it takes depends on the lengths alone.

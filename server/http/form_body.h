@@ -13,8 +13,8 @@ namespace cordillera::server {
 
 class FormReader {
  public:
-  /// Of the Content-Type of a request; none: another type, or a boundary longer than one may be. A type without a boundary, as
-  /// scripts set it by hand, leaves it to the first line of the body.
+  /// The reader for a request with this Content-Type; none: another type, or a boundary that is too long. A type without a
+  /// boundary, as scripts set it by hand, leaves it to the first line of the body.
   static std::optional<FormReader> of(const std::string& content_type);
 
   static constexpr std::size_t kMostFiles = 256;
@@ -26,7 +26,7 @@ class FormReader {
   bool ended() const { return state_ == State::epilogue; }
   const std::optional<proto::Problem>& problem() const { return problem_; }
 
-  /// Of the files so far, the one that is coming last; without folders, may be empty.
+  /// Names of the files so far, without folders; the file that is coming is the last. A name may be empty.
   const std::vector<std::string>& file_names() const { return file_names_; }
   /// In the order sent.
   const std::vector<std::pair<std::string, std::string>>& fields() const { return fields_; }

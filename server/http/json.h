@@ -15,7 +15,7 @@ using pipeline::Json;
 /// One line of JSON. Doubles that are not finite and text that is not UTF-8 do not occur in our messages.
 std::string to_json_line(const google::protobuf::Message& message);
 Json to_json(const google::protobuf::Message& message);
-/// Of members that the message does not have: a later program may have written the text.
+/// What is done about members that the message does not have. A later program may have written the text.
 enum class Unknown : std::uint8_t { ignored, refused };
 /// False if the text is not such a message.
 bool from_json(const std::string& text, google::protobuf::Message* message, Unknown unknown = Unknown::ignored);
@@ -27,7 +27,7 @@ proto::Error to_error(const proto::Problem& problem);
 proto::Problem to_problem(const proto::Error& error);
 
 Response json_response(int status, Json body);
-/// Of JSON that is text already.
+/// An answer whose JSON is text already.
 Response json_text_response(int status, std::string text);
 Response problem_response(const proto::Problem& problem);
 /// Whole numbers as integers: 508841, not 508841.0.

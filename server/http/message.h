@@ -28,7 +28,7 @@ struct Request {
   std::function<bool(const Sink& sink)> read_body;
   std::string client;    ///< whose request it is: the other end of the connection, or whom a trusted proxy names
   std::string id;        ///< names the request in answers and logs; the API gives it
-  access::Identity who;  ///< likewise
+  access::Identity who;  ///< filled in by the API, as id is
   bool waited = false;   ///< for what it asks for: it is answered with what there is
 
   std::optional<std::string> header(const std::string& lower_case_name) const {
@@ -37,7 +37,7 @@ struct Request {
   }
 };
 
-/// Of who waits for an answer. none: it is to come now, whatever there is to say.
+/// Whether who waits for an answer waits on. none: the answer is to come now, whatever there is to say.
 enum class Patience : std::uint8_t { none, more };
 
 struct Response {

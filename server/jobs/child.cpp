@@ -170,18 +170,18 @@ std::optional<Clock::time_point> deadline_of(const std::filesystem::path& folder
 }
 
 /// A process from its start to its end: what it says, and what makes it end.
-class Watch {
+class ChildWatch {
  public:
-  Watch(const Child& child, const std::filesystem::path& folder, const std::atomic<bool>& stop)
+  ChildWatch(const Child& child, const std::filesystem::path& folder, const std::atomic<bool>& stop)
       : child_(child), stop_(stop), deadline_(deadline_of(folder)), words_(folder.filename().string()) {
     fcntl(child_.words, F_SETFL, O_NONBLOCK);
   }
-  ~Watch() {
+  ~ChildWatch() {
     close(child_.report);
     close(child_.words);
   }
-  Watch(const Watch&) = delete;
-  Watch& operator=(const Watch&) = delete;
+  ChildWatch(const ChildWatch&) = delete;
+  ChildWatch& operator=(const ChildWatch&) = delete;
 
   bool late() const { return late_; }
 
@@ -280,7 +280,7 @@ proto::Result<std::optional<proto::Estimate>> run(const Program& program, const 
   if (!child) return cannot_start(failed);
   log_debug("job " + folder.filename().string() + " runs as process " + std::to_string(child->pid));
   ChildReport report{progress, {}, {}, {}};
-  Watch watch(*child, folder, stop);
+  ChildWatch watch(*child, folder, stop);
   try {
     if (progress.raster != nullptr) answers.begin(*progress.raster, stop);
     watch.listen_to(report);

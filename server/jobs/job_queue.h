@@ -28,8 +28,8 @@ namespace metrics {
 class StageClock;
 }
 
-/// And its record, of a dataset that is ready: nothing reads the raster again, and it may be large. A child that was killed
-/// leaves more than that.
+/// Removes everything but the store and its record from the folder of a dataset that is ready. Nothing reads the raster again,
+/// and it may be large; a child that was killed leaves other files, too.
 void keep_store_alone(const std::filesystem::path& folder);
 
 /// What is the disk's or the system's fault and not the raster's: the upload was accepted, so the build waits for better days.
@@ -46,10 +46,11 @@ bool is_lazy(const Dataset& dataset);
 /// What a child is told of a dataset, but for its raster and the operator's limits.
 proto::Job job_of(const Dataset& dataset);
 
-/// Whose turn a build is that nobody asks for at the moment.
+/// The client whose turn a build takes when no request asks for it.
 inline std::string owner_of(const Dataset& dataset) { return dataset.owner.empty() ? "" : "token " + dataset.owner; }
 
-/// Of the raster that was fetched into a dataset's folder; none where nothing was, or the note of it is lost.
+/// How the raster that was fetched into this folder is told from a changed one; none where nothing was fetched, or the note is
+/// lost.
 std::optional<updates::Print> fetched_print(const std::filesystem::path& folder);
 
 class JobQueue {

@@ -22,7 +22,7 @@ class LookedAt {
   enum class Tell { now, now_and_then };
   /// Tiles of the lattice were asked for, and the dataset is being built. now_and_then: another look may have to tell of them.
   void note(const std::string& id, const std::vector<proto::TileAddress>& asked, Tell tell);
-  /// Of those that were asked for lately.
+  /// Whether `is` says yes to one of the tiles that were asked for lately.
   bool any_of(const std::string& id, const std::function<bool(const proto::TileAddress&)>& is) const;
   void forget(const std::string& id);
 

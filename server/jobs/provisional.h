@@ -10,7 +10,7 @@ namespace cordillera::server {
 
 inline constexpr const char* kProvisionalHeader = "Cordillera-Provisional";
 
-/// Nobody is to keep the answer, nor to ask whether it has changed: the final one is another document.
+/// Marks an answer that no client and no cache is to keep or to revalidate: the final one is another document.
 void mark_provisional(Response& response);
 
 /// The data of an event "tiles": {"provisional", "levels": [{"level", "x": [first, last], "y": [first, last]}], "bounds",

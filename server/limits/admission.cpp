@@ -65,13 +65,13 @@ std::optional<Problem> Admission::refuse(const std::string& client, std::optiona
   return refused(client, bytes.value_or(0), Entry::fresh);
 }
 
-proto::Result<Place> Admission::enter(const std::string& client, std::optional<std::uint64_t> bytes, Entry entry) {
+proto::Result<Slot> Admission::enter(const std::string& client, std::optional<std::uint64_t> bytes, Entry entry) {
   const std::lock_guard lock(mutex_);
   if (auto why = refused(client, bytes.value_or(0), entry)) return *why;
   auto counter = entry == Entry::part || entry == Entry::address ? &Admission::parts_ : &Admission::uploads_;
   ++(this->*counter);
   ++of_client_[client];
-  return Place(this, [client, counter](void* admission) {
+  return Slot(this, [client, counter](void* admission) {
     auto* self = static_cast<Admission*>(admission);
     const std::lock_guard inner(self->mutex_);
     --(self->*counter);

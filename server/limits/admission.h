@@ -20,7 +20,7 @@ class Registry;
 namespace cordillera::server::limits {
 
 /// Held while an upload is under way.
-using Place = std::shared_ptr<void>;
+using Slot = std::shared_ptr<void>;
 
 /// A request that is sent again has its dataset, and its place in the queue, already. A part of an upload needs neither yet. What
 /// is fetched from an address needs both, and counts for itself from then on: its place is that of the client.
@@ -44,10 +44,10 @@ class Admission {
   /// Whether there would be room for a body of so many bytes (nothing: unknown) of this client.
   std::optional<proto::Problem> refuse(const std::string& client, std::optional<std::uint64_t> bytes) const;
   /// The same, and takes the place.
-  proto::Result<Place> enter(const std::string& client, std::optional<std::uint64_t> bytes, Entry entry = Entry::fresh);
+  proto::Result<Slot> enter(const std::string& client, std::optional<std::uint64_t> bytes, Entry entry = Entry::fresh);
 
   InUse in_use() const;
-  /// Of the disk that holds the data: every way in takes its bytes from it.
+  /// The free space of the disk that holds the data. Every way in takes its bytes from it.
   Space& space() { return space_; }
 
  private:

@@ -222,7 +222,7 @@ std::optional<Problem> LiveFolder::change(const std::string& path, const Print& 
   const auto sources = service_.ledger().expected(dataset.id);
   if (sources.empty()) return Problem{"source-unknown", "dataset " + dataset.id + " has no raster any more", "", ""};
   Route route;
-  route.resource = Resource::source;
+  route.endpoint = Endpoint::source;
   route.id = dataset.id;
   route.path = "sources/" + sources.front().id();
   const Request request = sending(folder_ / path, "PUT", "/v1/datasets/" + dataset.id + "/" + route.path);

@@ -11,8 +11,8 @@
 namespace cordillera::server {
 namespace {
 
-enum class Format { text, json };
-Format g_format = Format::text;  // set before the first thread starts
+enum class LogFormat { text, json };
+LogFormat g_format = LogFormat::text;  // set before the first thread starts
 thread_local LogFields t_scopes;
 
 Json value_of(const LogField& field) {
@@ -44,7 +44,7 @@ std::string text_line(const std::string& line, const LogFields& fields) {
 void say(spdlog::level::level_enum level, const char* name, const std::string& line, const LogFields& fields) {
   if (!spdlog::should_log(level)) return;
   // The line is an argument, not the format: it holds what users sent.
-  spdlog::log(level, "{}", g_format == Format::json ? json_line(name, line, fields) : text_line(line, fields));
+  spdlog::log(level, "{}", g_format == LogFormat::json ? json_line(name, line, fields) : text_line(line, fields));
 }
 
 }  // namespace
@@ -63,9 +63,9 @@ std::string now_text() {
 
 void start_log(const std::string& level, const std::string& format) {
   static const auto logger = spdlog::stderr_color_mt("cordillera");
-  g_format = format == "json" ? Format::json : Format::text;
+  g_format = format == "json" ? LogFormat::json : LogFormat::text;
   spdlog::set_default_logger(logger);
-  spdlog::set_pattern(g_format == Format::json ? "%v" : "%Y-%m-%dT%H:%M:%S.%e %^%l%$ %v");
+  spdlog::set_pattern(g_format == LogFormat::json ? "%v" : "%Y-%m-%dT%H:%M:%S.%e %^%l%$ %v");
   spdlog::set_level(spdlog::level::from_str(level == "error" ? "err" : level));
 }
 

@@ -8,7 +8,7 @@
 namespace cordillera::server {
 namespace {
 
-using pipeline::exports::Frame;
+using pipeline::exports::MeshFrame;
 using pipeline::exports::MeshRequest;
 
 Complaint apply_tile(std::string_view text, MeshRequest& request) {
@@ -44,7 +44,7 @@ Complaint apply_bbox(std::string_view text, MeshRequest& request) {
 Complaint apply_frame(std::string_view text, MeshRequest& request) {
   std::string name;
   if (auto complaint = read_choice(text, {"enu", "ecef", "geodetic"}, &name)) return complaint;
-  request.frame = name == "enu" ? Frame::enu : name == "ecef" ? Frame::ecef : Frame::geodetic;
+  request.frame = name == "enu" ? MeshFrame::enu : name == "ecef" ? MeshFrame::ecef : MeshFrame::geodetic;
   return std::nullopt;
 }
 

@@ -95,7 +95,7 @@ struct OptionSpec {
 
 /// What a build takes, over HTTP and on the command line alike.
 const std::vector<OptionSpec>& build_options();
-/// Of these, what each of several rasters may have of its own.
+/// The options among these that each of several rasters may have for itself.
 std::vector<OptionSpec> raster_options();
 /// What only a POST takes, and `serve` as its default.
 const std::vector<OptionSpec>& posting_options();

@@ -255,14 +255,14 @@ Filter filtered_for_the_gpu() {
   return filter;
 }
 
-class Writer {
+class FilterWriter {
  public:
-  Writer() : context_(seccomp_init(SCMP_ACT_ERRNO(EPERM))) {}
-  ~Writer() {
+  FilterWriter() : context_(seccomp_init(SCMP_ACT_ERRNO(EPERM))) {}
+  ~FilterWriter() {
     if (context_ != nullptr) seccomp_release(context_);
   }
-  Writer(const Writer&) = delete;
-  Writer& operator=(const Writer&) = delete;
+  FilterWriter(const FilterWriter&) = delete;
+  FilterWriter& operator=(const FilterWriter&) = delete;
 
   void add(std::uint32_t action, int call, const std::vector<scmp_arg_cmp>& arguments = {}) {
     // A call that this architecture never had is not there to be allowed.
@@ -292,7 +292,7 @@ constexpr int kFirstNew = 424, kLastNew = 511;
 bool knows_seccomp() { return prctl(PR_GET_SECCOMP, 0, 0, 0, 0) >= 0; }
 
 bool confine_calls(Gpu gpu) {
-  Writer writer;
+  FilterWriter writer;
   std::vector<bool> allowed(kLastNew + 1);
   const auto allow = [&](int call) {
     writer.add(SCMP_ACT_ALLOW, call);

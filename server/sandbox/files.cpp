@@ -53,9 +53,9 @@ constexpr const char* kReadable[] = {"/usr",           "/lib",
                                      "/proc/sys/vm",   "/sys/devices/system"};
 constexpr const char* kOfTheGpu[] = {"/proc/driver", "/sys", "/etc/nvidia", "/proc/modules", "/proc/devices"};
 
-class Rules {
+class FileRules {
  public:
-  explicit Rules(int abi) {
+  explicit FileRules(int abi) {
     if (abi < 1) return;
     RulesetAttributes attributes;
     attributes.files = kRead | kChange | kLink | kNever;
@@ -68,11 +68,11 @@ class Rules {
     // An older kernel takes the longer structure as long as what it does not know is zero.
     descriptor_ = static_cast<int>(syscall(SYS_landlock_create_ruleset, &attributes, sizeof attributes, 0));
   }
-  ~Rules() {
+  ~FileRules() {
     if (descriptor_ >= 0) close(descriptor_);
   }
-  Rules(const Rules&) = delete;
-  Rules& operator=(const Rules&) = delete;
+  FileRules(const FileRules&) = delete;
+  FileRules& operator=(const FileRules&) = delete;
 
   /// A folder that jobs may read, and what is in it: but not what lies in `data`, the service's folder. Landlock knows no
   /// exceptions, so each thing beside it gets a rule.
@@ -124,7 +124,7 @@ int landlock_abi() {
 }
 
 bool confine_files(const Needs& needs) {
-  Rules rules(landlock_abi());
+  FileRules rules(landlock_abi());
   std::error_code ignored;
   // The service may have its folder in /opt or /usr: a job's own is data/datasets/ID or data/incoming/NAME.
   const fs::path data = fs::weakly_canonical(needs.folder, ignored).parent_path().parent_path();

@@ -64,19 +64,19 @@ proto::Result<Row> LiveCache::find_or_make(const std::string& key, const std::fu
   return made;
 }
 
-proto::Result<limits::Place> LiveCache::enter(const std::string& client) {
+proto::Result<limits::Slot> LiveCache::enter(const std::string& client) {
   release_places();
   return parts_.admission.enter(client, std::nullopt, limits::Entry::address);
 }
 
-void LiveCache::hold(const std::string& id, limits::Place place) {
+void LiveCache::hold(const std::string& id, limits::Slot place) {
   const std::lock_guard lock(mutex_);
   entries_[id].place = std::move(place);
 }
 
 /// Of rasters that have come, or will not.
 void LiveCache::release_places() {
-  std::vector<limits::Place> over;  // before the lock: they have one of their own
+  std::vector<limits::Slot> over;  // before the lock: they have one of their own
   const std::lock_guard lock(mutex_);
   for (auto at = entries_.begin(); at != entries_.end();) {
     Entry& entry = at->second;

@@ -45,9 +45,9 @@ class LiveCache {
   /// The same; if there is none, what make gives, which is in the registry by then. Nobody makes another one meanwhile.
   proto::Result<Row> find_or_make(const std::string& key, const std::function<proto::Result<Row>()>& make);
   /// Takes a place of a client, until the dataset's raster is there. Problems: those of Admission.
-  proto::Result<limits::Place> enter(const std::string& client);
-  void hold(const std::string& id, limits::Place place);
-  /// Of datasets with an address that of which nobody has read longest; null: all are in use.
+  proto::Result<limits::Slot> enter(const std::string& client);
+  void hold(const std::string& id, limits::Slot place);
+  /// The dataset with an address that was not read for the longest time; null: all are in use.
   Row oldest() const;
 
   /// Somebody is about to read the dataset. Wakes it, and asks its address now and then. True: nothing is there of it yet, but it
@@ -63,7 +63,7 @@ class LiveCache {
   struct Entry {
     Clock::time_point read{}, asked{}, begun{};  ///< when, and when its raster was last sent for
     bool asleep = false, woken = false;
-    limits::Place place;
+    limits::Slot place;
   };
   struct Kept {
     Row row;

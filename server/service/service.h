@@ -52,7 +52,7 @@ class Service {
   JobQueue& queue() { return *queue_; }
   Library& library() { return library_; }
   Mounts& mounts() { return mounts_; }
-  /// Of the registry or mounted.
+  /// A dataset of the registry, or a mounted one.
   Row find(const std::string& id) const;
   const access::Gate& gate() const { return *gate_; }
   access::Audit& audit() { return *audit_; }
@@ -74,7 +74,7 @@ class Service {
   /// Refuses while another request of this owner with the same key is under way.
   Token key_token(const std::string& owner, const std::string& idempotency_key);
 
-  /// Who knows what the clients hold.
+  /// Sets who knows what the clients hold.
   void watch_front(std::function<FrontCounts()> front) { front_ = std::move(front); }
   FrontCounts front() const { return front_ ? front_() : FrontCounts{}; }
 

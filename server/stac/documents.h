@@ -27,7 +27,7 @@ Json landing_page(const ServiceRoot& place);
 Json conformance();
 Json collection(const ServiceRoot& place);
 Json collections(const ServiceRoot& place);
-/// Of a dataset that is ready.
+/// The item of a dataset that is ready.
 Json item(const ServiceRoot& place, const Dataset& dataset, const proto::Manifest& manifest, const Offered& offered);
 /// A page; next: the query of the one behind it, or empty.
 Json item_list(const ServiceRoot& place, const std::vector<Json>& items, const std::string& next);

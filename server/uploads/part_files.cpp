@@ -34,15 +34,15 @@ Problem full(const std::string& why) {
 }
 
 /// A descriptor that closes itself.
-struct Descriptor {
+struct PartDescriptor {
   int number = -1;
-  ~Descriptor() {
+  ~PartDescriptor() {
     if (number >= 0) ::close(number);
   }
 };
 
 bool write_file(const fs::path& path, const std::string& text) {
-  const Descriptor file{::open(path.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0640)};
+  const PartDescriptor file{::open(path.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0640)};
   return file.number >= 0 && raster::write_all(file.number, text) && fsync(file.number) == 0;
 }
 
@@ -122,7 +122,7 @@ proto::Result<PartFile> PartFiles::append(const std::string& id, std::uint64_t o
                    "the upload stands at " + std::to_string(file->offset) + ", not at " + std::to_string(offset),
                    "Upload-Offset: " + std::to_string(file->offset), "Upload-Offset"};
   }
-  const Descriptor part{::open(bytes_of(id).c_str(), O_WRONLY | O_CLOEXEC)};
+  const PartDescriptor part{::open(bytes_of(id).c_str(), O_WRONLY | O_CLOEXEC)};
   // Bytes behind the offset were never acknowledged.
   if (part.number < 0 || ftruncate(part.number, static_cast<off_t>(offset)) != 0 ||
       lseek(part.number, static_cast<off_t>(offset), SEEK_SET) < 0) {

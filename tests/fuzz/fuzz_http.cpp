@@ -98,7 +98,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (target->path.find('\0') != std::string::npos) __builtin_trap();
   }
   read_part(bytes);
-  const front::Limits limits;
+  const front::HttpLimits limits;
   HeadScan whole, slow;
   const auto state = whole.look(bytes, limits);
   auto slowly = HeadScan::State::more;

@@ -49,7 +49,7 @@ double plan_area(const TriangleMesh& m) {
   return sum;
 }
 
-MeshRequest whole_level(int level, Frame frame = Frame::geodetic) {
+MeshRequest whole_level(int level, MeshFrame frame = MeshFrame::geodetic) {
   MeshRequest request;
   request.level = level;
   request.frame = frame;
@@ -71,7 +71,7 @@ TEST(MeshExport, PositionsAreTheTilesOwn) {
   const proto::TileAddress tile{7, 128, 83};
   MeshRequest request;
   request.tile = tile;
-  request.frame = Frame::geodetic;
+  request.frame = MeshFrame::geodetic;
   const ExtractedMesh one = extracted(plain_dataset(), request);
   const auto decoded = decode_drc(plain_dataset().terrain().store().tile(tile, Encoding::drc)->bytes);
   ASSERT_EQ(one.mesh.triangles.size(), decoded->triangles.size());
@@ -122,9 +122,9 @@ TEST(MeshExport, FramesDescribeTheSamePoints) {
   MeshRequest request = whole_level(7);
   request.box = raster::Area{-0.7, 24.6, 0.9, 25.5};
   const ExtractedMesh degrees = extracted(plain_dataset(), request);
-  request.frame = Frame::ecef;
+  request.frame = MeshFrame::ecef;
   const ExtractedMesh ecef = extracted(plain_dataset(), request);
-  request.frame = Frame::enu;
+  request.frame = MeshFrame::enu;
   const ExtractedMesh enu = extracted(plain_dataset(), request);
   EXPECT_NEAR(enu.longitude_deg, 0.1, 0.01);
   EXPECT_NEAR(enu.latitude_deg, 25.05, 0.01);
@@ -184,9 +184,9 @@ TEST(MeshExport, RefusalsSayWhy) {
   request = {};
   request.box = raster::Area{100, 10, 110, 20};
   EXPECT_EQ(slug(request), "bbox-outside-raster");
-  EXPECT_EQ(check_frame(MeshKind::stl, Frame::ecef).ok(), false);
-  EXPECT_EQ(check_frame(MeshKind::glb, Frame::geodetic).ok(), false);
-  EXPECT_EQ(check_frame(MeshKind::ply, Frame::geodetic).ok(), true);
+  EXPECT_EQ(check_frame(MeshKind::stl, MeshFrame::ecef).ok(), false);
+  EXPECT_EQ(check_frame(MeshKind::glb, MeshFrame::geodetic).ok(), false);
+  EXPECT_EQ(check_frame(MeshKind::ply, MeshFrame::geodetic).ok(), true);
 }
 
 /// Both sides of the antimeridian are one mesh, and its degrees go on beyond 180.
@@ -204,19 +204,19 @@ TEST(MeshExport, TheAntimeridianIsNoSeam) {
   const faces::Terrain terrain(StoreReader::open(folder / "a.db").value());
   MeshRequest request = whole_level(7);
   request.box = raster::Area{178, 22.8, 182, 24.1};
-  for (const Frame frame : {Frame::geodetic, Frame::enu}) {
+  for (const MeshFrame frame : {MeshFrame::geodetic, MeshFrame::enu}) {
     request.frame = frame;
     const auto mesh = extract_mesh(terrain, request);
     ASSERT_TRUE(mesh.ok()) << mesh.problem().line();
-    if (frame == Frame::geodetic) {
+    if (frame == MeshFrame::geodetic) {
       EXPECT_NEAR(plan_area(mesh->mesh), 4 * 1.3, 1e-9);
       EXPECT_NEAR(*std::max_element(mesh->mesh.x.begin(), mesh->mesh.x.end()), 182, 1e-9);
     }
     EXPECT_NEAR(std::abs(mesh->longitude_deg), 180, 1e-9);
     std::size_t inside = 0;
-    const double reach = frame == Frame::enu ? 199000 : 2;  // metres of two degrees there, about
+    const double reach = frame == MeshFrame::enu ? 199000 : 2;  // metres of two degrees there, about
     for (const auto& [from, to] : rims(mesh->mesh)) {
-      const double middle = frame == Frame::enu ? 0 : 180;
+      const double middle = frame == MeshFrame::enu ? 0 : 180;
       inside +=
           std::abs(mesh->mesh.x[from] - middle) < 0.1 * reach && std::abs(mesh->mesh.x[to] - mesh->mesh.x[from]) < 1e-3 * reach
               ? 1
@@ -233,10 +233,10 @@ std::string written(const ExtractedMesh& mesh, MeshKind kind) {
 }
 
 TEST(MeshFiles, PlyAndObjReadBackAsTheSameMesh) {
-  for (const auto& [kind, frame] : {std::pair{MeshKind::ply, Frame::ecef},
-                                    {MeshKind::obj, Frame::ecef},
-                                    {MeshKind::obj, Frame::geodetic},
-                                    {MeshKind::ply, Frame::enu}}) {
+  for (const auto& [kind, frame] : {std::pair{MeshKind::ply, MeshFrame::ecef},
+                                    {MeshKind::obj, MeshFrame::ecef},
+                                    {MeshKind::obj, MeshFrame::geodetic},
+                                    {MeshKind::ply, MeshFrame::enu}}) {
     const ExtractedMesh mesh = extracted(holed_dataset(), whole_level(6, frame));
     const std::string bytes = written(mesh, kind);
     EXPECT_NE(bytes.substr(0, 300).find("Nobody <nobody@example.org>"), std::string::npos);
@@ -245,7 +245,7 @@ TEST(MeshFiles, PlyAndObjReadBackAsTheSameMesh) {
     ASSERT_TRUE(read.ok()) << read.problem().line();
     EXPECT_EQ(read->mesh.triangles, mesh.mesh.triangles);
     ASSERT_EQ(read->mesh.vertices(), mesh.mesh.vertices());
-    const double most = frame == Frame::enu ? 0.1 : kind == MeshKind::obj && frame == Frame::ecef ? 0.0006 : 0;
+    const double most = frame == MeshFrame::enu ? 0.1 : kind == MeshKind::obj && frame == MeshFrame::ecef ? 0.0006 : 0;
     for (std::size_t v = 0; v < mesh.mesh.vertices(); ++v) {
       ASSERT_NEAR(read->mesh.x[v], mesh.mesh.x[v], most);
       ASSERT_NEAR(read->mesh.z[v], mesh.mesh.z[v], most);
@@ -254,7 +254,7 @@ TEST(MeshFiles, PlyAndObjReadBackAsTheSameMesh) {
 }
 
 TEST(MeshFiles, StlHoldsTheTrianglesFromAbove) {
-  const ExtractedMesh mesh = extracted(plain_dataset(), whole_level(7, Frame::enu));
+  const ExtractedMesh mesh = extracted(plain_dataset(), whole_level(7, MeshFrame::enu));
   const std::string bytes = written(mesh, MeshKind::stl);
   ASSERT_EQ(bytes.size(), 84 + 50 * mesh.mesh.triangles.size());
   EXPECT_NE(bytes.substr(0, 5), "solid");
@@ -268,7 +268,7 @@ TEST(MeshFiles, StlHoldsTheTrianglesFromAbove) {
 }
 
 TEST(MeshFiles, GlbHoldsPointsRelativeToItsTranslation) {
-  const ExtractedMesh mesh = extracted(plain_dataset(), whole_level(7, Frame::ecef));
+  const ExtractedMesh mesh = extracted(plain_dataset(), whole_level(7, MeshFrame::ecef));
   const std::string bytes = written(mesh, MeshKind::glb);
   const auto chunks = unpack_glb(bytes);
   ASSERT_TRUE(chunks.ok());

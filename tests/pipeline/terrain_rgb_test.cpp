@@ -11,7 +11,7 @@
 #include "pipeline/encode/json.h"
 #include "pipeline/faces/face.h"
 #include "pipeline/faces/outline_fill.h"
-#include "pipeline/faces/pictures/height_grid.h"
+#include "pipeline/faces/pictures/pixel_heights.h"
 #include "pipeline/faces/web_mercator.h"
 #include "pipeline/plan/plan.h"
 #include "tests/pipeline/terrain_made.h"
@@ -174,7 +174,7 @@ TEST(TerrainRgb, APixelIsTheMeshOverItsCentre) {
   const Terrain& terrain = *sample().terrain;
   for (const int zoom : {6, 9, 11}) {
     const Place at = tile_at(zoom, -71.3, 44.25);
-    const auto grid = height_grid(terrain, at).value();
+    const auto grid = pixel_heights(terrain, at).value();
     ASSERT_TRUE(grid && grid->data);
     std::size_t compared = 0;
     for (std::int32_t row = 0; row < 256; row += 3) {
@@ -202,7 +202,7 @@ TEST(TerrainRgb, ProvisionalHeightsAreOfTheFinestLevelAtThePlace) {
   std::set<int> levels;
   for (const double longitude : {-2.0, -0.7, 1.0}) {
     const Place at = tile_at(zoom, longitude, 23.2);
-    const auto grid = height_grid(terrain, at).value();
+    const auto grid = pixel_heights(terrain, at).value();
     ASSERT_TRUE(grid && grid->data);
     for (std::int32_t k = 0; k < 65536; k += 97) {
       const double lon = longitude_of(at, k % 256 + 0.5), lat = latitude_of(at, k / 256 + 0.5);
@@ -265,8 +265,8 @@ TEST(TerrainRgb, NeighboursSeeTheSameSurroundings) {
   const Place last{0, zoom, (1 << zoom) - 1, tile_at(zoom, 179.9, 25).y}, first{0, zoom, 0, tile_at(zoom, 179.9, 24).y};
   for (const Place& west : {last, first}) {
     const Place east{0, zoom, (west.x + 1) % (1 << zoom), west.y}, south{0, zoom, west.x, west.y + 1};
-    const auto a = height_grid(terrain, west).value(), b = height_grid(terrain, east).value();
-    const auto c = height_grid(terrain, south).value();
+    const auto a = pixel_heights(terrain, west).value(), b = pixel_heights(terrain, east).value();
+    const auto c = pixel_heights(terrain, south).value();
     ASSERT_TRUE(a && b && c && a->data && b->data && c->data);
     for (std::int32_t k = 0; k < 256; ++k) {
       // The geoid's height alone depends, by less than a nanometre, on which pixels are asked together.
@@ -289,7 +289,7 @@ TEST(TerrainRgb, HolesInTheDataAreFilled) {
     const Place in = tile_at(z, -1.4, 26);
     const Picture picture = read_png(*fetch(terrain, tile_path("terrain-rgb", z, in.x, in.y, ".png")), PNG_FORMAT_RGB);
     const Picture shades = read_png(*fetch(terrain, tile_path("hillshade", z, in.x, in.y, ".png")), PNG_FORMAT_GA);
-    const auto grid = height_grid(terrain, in).value();
+    const auto grid = pixel_heights(terrain, in).value();
     const auto outline = terrain.outline().value();
     ASSERT_TRUE(grid);
     std::size_t holes = 0;
@@ -323,7 +323,7 @@ TEST(TerrainRgb, OutsideTheOutlineTheGroundGoesDownToTheGeoidWithoutACliff) {
   for (std::int32_t x = first.x; x <= last.x; ++x) {
     for (std::int32_t y = first.y; y <= last.y; ++y) {
       const Place at{0, zoom, x, y};
-      const auto data = height_grid(terrain, at).value(), shown = filled_grid(terrain, at, Beyond::faded).value();
+      const auto data = pixel_heights(terrain, at).value(), shown = filled_grid(terrain, at, Beyond::faded).value();
       ASSERT_TRUE(data && shown);
       for (std::int32_t r = 0; r < 256; ++r) {
         for (std::int32_t c = 0; c < 256; ++c) {

@@ -12,7 +12,7 @@ namespace cordillera::server {
 
 class Front {
  public:
-  explicit Front(const front::Limits& given = {}, front::OnServed on_served = {}, const Settings& settings = {})
+  explicit Front(const front::HttpLimits& given = {}, front::OnServed on_served = {}, const Settings& settings = {})
       : test_(settings) {
     limits::raise_descriptor_limit();  // both ends of every connection are this process's
     auto bound = front::HttpServer::bind(test_.api(), "127.0.0.1:0", given, std::move(on_served));

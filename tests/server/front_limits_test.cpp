@@ -17,7 +17,7 @@ using testing::Not;
 using testing::StartsWith;
 
 TEST(FrontLimits, ASlowHeadIsToldAndLeaves) {
-  front::Limits limits;
+  front::HttpLimits limits;
   limits.head = seconds(1);
   const Front front(limits);
   RawClient slow = front.client();
@@ -27,7 +27,7 @@ TEST(FrontLimits, ASlowHeadIsToldAndLeaves) {
 }
 
 TEST(FrontLimits, AnIdleConnectionIsClosedWithoutAWord) {
-  front::Limits limits;
+  front::HttpLimits limits;
   limits.idle = seconds(1);
   const Front front(limits);
   RawClient idle = front.client();
@@ -36,7 +36,7 @@ TEST(FrontLimits, AnIdleConnectionIsClosedWithoutAWord) {
 }
 
 TEST(FrontLimits, ABodyThatStopsIsToldAndNothingIsKept) {
-  front::Limits limits;
+  front::HttpLimits limits;
   limits.stall = seconds(1);
   Front front(limits);
   RawClient slow = front.client();
@@ -46,7 +46,7 @@ TEST(FrontLimits, ABodyThatStopsIsToldAndNothingIsKept) {
 }
 
 TEST(FrontLimits, ABodyThatTricklesIsTold) {
-  front::Limits limits;
+  front::HttpLimits limits;
   limits.grace = seconds(1);
   limits.min_rate = 100000;
   Front front(limits);
@@ -62,7 +62,7 @@ TEST(FrontLimits, ABodyThatTricklesIsTold) {
 }
 
 TEST(FrontLimits, AReaderThatStopsIsLeft) {
-  front::Limits limits;
+  front::HttpLimits limits;
   limits.stall = seconds(1);
   std::atomic<int> broken{0};
   Front front(limits, [&](const front::Served& served) { broken += served.whole ? 0 : 1; });
@@ -103,7 +103,7 @@ TEST(FrontLimits, IdleConnectionsTakeNoThreadsAndNoTime) {
 }
 
 TEST(FrontLimits, EventStreamsTakeNoThreadsAndEachClientHasAFewOnly) {
-  front::Limits limits;
+  front::HttpLimits limits;
   limits.streams_per_client = 40;
   Front front(limits);
   const std::string id = body_of(front.test().post("SLOW"))["id"];
@@ -134,7 +134,7 @@ TEST(FrontLimits, EventStreamsTakeNoThreadsAndEachClientHasAFewOnly) {
 }
 
 TEST(FrontLimits, AnAddressHasItsShareOfConnections) {
-  front::Limits limits;
+  front::HttpLimits limits;
   limits.connections_per_client = 3;
   const Front front(limits);
   std::vector<RawClient> held;
@@ -159,7 +159,7 @@ std::size_t descriptors() {
 }
 
 TEST(FrontLimits, RefusedConnectionsTakeFewDescriptorsToo) {
-  front::Limits limits;
+  front::HttpLimits limits;
   limits.loops = 4;
   limits.connections = 20;
   limits.connections_per_client = 3;
@@ -173,7 +173,7 @@ TEST(FrontLimits, RefusedConnectionsTakeFewDescriptorsToo) {
 }
 
 TEST(FrontLimits, WhereAllPlacesAreTakenTheLongestIdleMakesRoom) {
-  front::Limits limits;
+  front::HttpLimits limits;
   limits.connections = 20;
   const Front front(limits);
   std::vector<RawClient> idle;
@@ -187,7 +187,7 @@ TEST(FrontLimits, WhereAllPlacesAreTakenTheLongestIdleMakesRoom) {
 }
 
 TEST(FrontLimits, BodiesOfOneAddressAreBounded) {
-  front::Limits limits;
+  front::HttpLimits limits;
   limits.uploads_per_client = 4;
   Front front(limits);
   std::vector<RawClient> held;

@@ -102,7 +102,7 @@ TEST(OpenApi, MethodsAreThoseThatAreAllowed) {
       for (char& c : upper) c = static_cast<char>(c - 'a' + 'A');
       described.insert(upper);
     }
-    Words allowed = words_of(allowed_methods(parse_route(filled(path, {})).resource));
+    Words allowed = words_of(allowed_methods(parse_route(filled(path, {})).endpoint));
     allowed.erase("HEAD");
     allowed.erase("OPTIONS");
     EXPECT_EQ(described, allowed) << path;
@@ -110,15 +110,15 @@ TEST(OpenApi, MethodsAreThoseThatAreAllowed) {
 }
 
 TEST(OpenApi, EveryRouteIsDescribed) {
-  std::map<Resource, int> described;
+  std::map<Endpoint, int> described;
   const Json document = description();
   for (const auto& [path, item] : document["paths"].items()) {
-    const Resource resource = parse_route(filled(path, {})).resource;
-    EXPECT_NE(resource, Resource::none) << path;
-    ++described[resource];
+    const Endpoint endpoint = parse_route(filled(path, {})).endpoint;
+    EXPECT_NE(endpoint, Endpoint::none) << path;
+    ++described[endpoint];
   }
-  for (int r = static_cast<int>(Resource::none) + 1; r <= static_cast<int>(Resource::page); ++r) {
-    EXPECT_GE(described[static_cast<Resource>(r)], 1) << "resource " << r << " of routes.h is in no path";
+  for (int r = static_cast<int>(Endpoint::none) + 1; r <= static_cast<int>(Endpoint::page); ++r) {
+    EXPECT_GE(described[static_cast<Endpoint>(r)], 1) << "resource " << r << " of routes.h is in no path";
   }
 }
 

@@ -11,7 +11,7 @@ namespace {
 
 TEST(Routes, WhatAFaceKnowsIsAFaces) {
   const Route drc = parse_route("/v1/datasets/alps-1/tiles/9/270/401.drc");
-  EXPECT_EQ(drc.resource, Resource::face);
+  EXPECT_EQ(drc.endpoint, Endpoint::face);
   EXPECT_EQ(drc.id, "alps-1");
   EXPECT_EQ(drc.path, "tiles/9/270/401.drc");
   EXPECT_EQ(drc.found.resource->path, "tiles/{z}/{x}/{y}.drc");
@@ -19,17 +19,17 @@ TEST(Routes, WhatAFaceKnowsIsAFaces) {
 }
 
 TEST(Routes, TheRestIsFound) {
-  EXPECT_EQ(parse_route("/v1").resource, Resource::index);
-  EXPECT_EQ(parse_route("/v1/datasets").resource, Resource::datasets);
-  EXPECT_EQ(parse_route("/v1/datasets/a").resource, Resource::dataset);
-  EXPECT_EQ(parse_route("/v1/datasets/a/events").resource, Resource::events);
-  EXPECT_EQ(parse_route("/v1/datasets/a/manifest.json").resource, Resource::manifest);
-  EXPECT_EQ(parse_route("/v1/datasets/a/demo/leaflet.html").resource, Resource::demo);
-  EXPECT_EQ(parse_route("/v1/datasets/a/tileset.json").resource, Resource::face);
-  EXPECT_EQ(parse_route("/healthz").resource, Resource::health);
-  EXPECT_EQ(parse_route("/readyz").resource, Resource::readiness);
-  EXPECT_EQ(parse_route("/").resource, Resource::page);
-  EXPECT_EQ(parse_route("/assets/viewer.js").resource, Resource::page);
+  EXPECT_EQ(parse_route("/v1").endpoint, Endpoint::index);
+  EXPECT_EQ(parse_route("/v1/datasets").endpoint, Endpoint::datasets);
+  EXPECT_EQ(parse_route("/v1/datasets/a").endpoint, Endpoint::dataset);
+  EXPECT_EQ(parse_route("/v1/datasets/a/events").endpoint, Endpoint::events);
+  EXPECT_EQ(parse_route("/v1/datasets/a/manifest.json").endpoint, Endpoint::manifest);
+  EXPECT_EQ(parse_route("/v1/datasets/a/demo/leaflet.html").endpoint, Endpoint::demo);
+  EXPECT_EQ(parse_route("/v1/datasets/a/tileset.json").endpoint, Endpoint::face);
+  EXPECT_EQ(parse_route("/healthz").endpoint, Endpoint::health);
+  EXPECT_EQ(parse_route("/readyz").endpoint, Endpoint::readiness);
+  EXPECT_EQ(parse_route("/").endpoint, Endpoint::page);
+  EXPECT_EQ(parse_route("/assets/viewer.js").endpoint, Endpoint::page);
 }
 
 TEST(Routes, WrongSpellingsAreNothing) {
@@ -59,7 +59,7 @@ TEST(Routes, WrongSpellingsAreNothing) {
                            "/v1/datasets/a/tiles/N/1/2/3.drc",
                            "/v1/datasets/a/subtrees/1/2/3.subtree",
                            "/v1/datasets/a/subtrees/W/1/2/3.json"}) {
-    EXPECT_EQ(parse_route(path).resource, Resource::none) << path;
+    EXPECT_EQ(parse_route(path).endpoint, Endpoint::none) << path;
   }
 }
 
@@ -86,7 +86,7 @@ TEST(Ids, AreReadableAndSafe) {
   EXPECT_EQ(make_id("Mont Blanc (2020).TIF").substr(0, 16), "mont-blanc-2020-");
   EXPECT_NE(make_id("a.tif"), make_id("a.tif"));
   for (const char* name : {"", "../../etc/passwd", "名前", "/", "----", "x\"<>&"}) {
-    EXPECT_EQ(parse_route("/v1/datasets/" + make_id(name)).resource, Resource::dataset) << name;
+    EXPECT_EQ(parse_route("/v1/datasets/" + make_id(name)).endpoint, Endpoint::dataset) << name;
   }
   EXPECT_EQ(suffix_of("N44W072.HGT"), ".hgt");
   EXPECT_EQ(suffix_of("a/../x.t/f"), "");

@@ -69,7 +69,7 @@ TEST(AnswerBudget, WhatIsLargerThanItIsLetInAlone) {
 }
 
 TEST(Pace, ALargeAnswerHasToBeReadFaster) {
-  front::Limits limits;
+  front::HttpLimits limits;
   limits.min_rate = 1000;
   limits.answer = seconds(600);
   const front::Clock::time_point start{};
@@ -111,7 +111,7 @@ TEST(Descriptors, EverythingFitsIntoFewOfThem) {
 /// 0: what is asked for when hardly any memory is left is refused before it is begun, and answered when there is some again.
 int refused_before_it_is_begun() {
   TestService test;
-  front::Shared shared(test.api(), front::Limits{}, [](const front::Served&) {});
+  front::Shared shared(test.api(), front::HttpLimits{}, [](const front::Served&) {});
   const Request request = asking("/healthz");
   rlimit before{};
   getrlimit(RLIMIT_AS, &before);
@@ -188,7 +188,7 @@ TEST(Answers, WhatWasCompressedOfADatasetGoesWithIt) {
 }
 
 TEST(Answers, LargeOnesThatAreNotReadAreBounded) {
-  front::Limits limits;
+  front::HttpLimits limits;
   limits.unsent_per_client = std::uint64_t{20} << 20;
   Front front(limits);
   const auto web = front.test().folder() / "web";

@@ -12,7 +12,7 @@
 #include "pipeline/build/block_order.h"
 #include "pipeline/build/provisional.h"
 #include "pipeline/build/sharpen.h"
-#include "pipeline/faces/pixel_window.h"
+#include "pipeline/faces/map_window.h"
 #include "pipeline/faces/terrain.h"
 #include "pipeline/faces/web_mercator.h"
 #include "pipeline/plan/block_grid.h"
@@ -212,7 +212,7 @@ TEST_F(Sharpen, heights_come_from_the_finest_level_that_is_there) {
   }
   EXPECT_GT(in_done, 100);
   EXPECT_GT(beside, 100);
-  pipeline::faces::PixelWindow window;
+  pipeline::faces::MapWindow window;
   window.zoom = 14, window.level = 13, window.columns = window.rows = 64;
   window.west = static_cast<std::int64_t>(pipeline::faces::longitude_pixel(14, (b[0] + b[2]) / 2)) - 32;
   window.north = static_cast<std::int64_t>(pipeline::faces::latitude_pixel(14, (b[1] + b[3]) / 2)) - 32;

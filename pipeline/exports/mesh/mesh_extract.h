@@ -9,7 +9,7 @@ namespace cordillera::pipeline::exports {
 struct ExtractedMesh {
   proto::TriangleMesh mesh;  ///< counter-clockwise seen from above; a manifold: rims that touch have vertices of their own
   int level = 0;
-  Frame frame = Frame::enu;
+  MeshFrame frame = MeshFrame::enu;
   double longitude_deg = 0, latitude_deg = 0;  ///< the point of the ellipsoid in the middle, a vertex of the lattice
   proto::Vec3 origin_m;                        ///< the same, earth-centred
 };

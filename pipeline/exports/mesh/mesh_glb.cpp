@@ -80,7 +80,7 @@ std::string json_of(const ExtractedMesh& mesh, const proto::Manifest& manifest, 
   root["scene"] = 0;
   root["scenes"] = Json::array({{{"nodes", Json::array({0})}}});
   Json node = {{"mesh", 0}};
-  if (mesh.frame == Frame::ecef) node["translation"] = Json::array({translation.x, translation.z, 0 - translation.y});
+  if (mesh.frame == MeshFrame::ecef) node["translation"] = Json::array({translation.x, translation.z, 0 - translation.y});
   root["nodes"] = Json::array({node});
   root["meshes"] = Json::array(
       {{{"primitives",
@@ -107,7 +107,7 @@ std::string json_of(const ExtractedMesh& mesh, const proto::Manifest& manifest, 
 }  // namespace
 
 bool write_glb(std::ostream& out, const ExtractedMesh& mesh, const proto::Manifest& manifest) {
-  const Vec3 translation = mesh.frame == Frame::ecef ? mesh.origin_m : Vec3{};
+  const Vec3 translation = mesh.frame == MeshFrame::ecef ? mesh.origin_m : Vec3{};
   Binary binary = binary_of(mesh, translation);
   std::string json = json_of(mesh, manifest, binary, translation);
   append(out, pack_glb(std::move(json), std::move(binary.bytes)));

@@ -10,20 +10,20 @@
 namespace cordillera::pipeline::exports {
 namespace {
 
-struct Kind {
+struct OutputKind {
   MeshKind kind;
   std::string_view ending, type;
 };
-constexpr std::array<Kind, 4> kKinds = {{{MeshKind::glb, "glb", "model/gltf-binary"},
-                                         {MeshKind::ply, "ply", "application/octet-stream"},
-                                         {MeshKind::obj, "obj", "model/obj"},
-                                         {MeshKind::stl, "stl", "model/stl"}}};
+constexpr std::array<OutputKind, 4> kKinds = {{{MeshKind::glb, "glb", "model/gltf-binary"},
+                                               {MeshKind::ply, "ply", "application/octet-stream"},
+                                               {MeshKind::obj, "obj", "model/obj"},
+                                               {MeshKind::stl, "stl", "model/stl"}}};
 
 std::string frame_sentence(const ExtractedMesh& mesh) {
   const auto number = [](double value) { return Json(value).dump(); };
   switch (mesh.frame) {
-    case Frame::ecef: return "metres, earth-centred, earth-fixed (EPSG:4978)";
-    case Frame::geodetic: return "longitude and latitude in degrees, metres above the WGS 84 ellipsoid";
+    case MeshFrame::ecef: return "metres, earth-centred, earth-fixed (EPSG:4978)";
+    case MeshFrame::geodetic: return "longitude and latitude in degrees, metres above the WGS 84 ellipsoid";
     default: break;
   }
   return "metres east, north and up of longitude " + number(mesh.longitude_deg) + ", latitude " + number(mesh.latitude_deg) +
@@ -49,7 +49,7 @@ void round_to_millimetres(std::vector<double>& axis) {
 }  // namespace
 
 std::optional<MeshKind> mesh_kind(std::string_view ending) {
-  for (const Kind& kind : kKinds) {
+  for (const OutputKind& kind : kKinds) {
     if (kind.ending == ending) return kind.kind;
   }
   return std::nullopt;
@@ -57,9 +57,9 @@ std::optional<MeshKind> mesh_kind(std::string_view ending) {
 
 std::string_view media_type(MeshKind kind) { return kKinds[static_cast<std::size_t>(kind)].type; }
 
-proto::Result<void> check_frame(MeshKind kind, Frame frame) {
-  const bool degrees = frame == Frame::geodetic && (kind == MeshKind::glb || kind == MeshKind::stl);
-  if (!degrees && !(frame == Frame::ecef && kind == MeshKind::stl)) return {};
+proto::Result<void> check_frame(MeshKind kind, MeshFrame frame) {
+  const bool degrees = frame == MeshFrame::geodetic && (kind == MeshKind::glb || kind == MeshKind::stl);
+  if (!degrees && !(frame == MeshFrame::ecef && kind == MeshKind::stl)) return {};
   const std::string format(kKinds[static_cast<std::size_t>(kind)].ending);
   return proto::Problem{"options-conflict",
                         "." + format + " has 32-bit floats, which would move such coordinates by half a metre and more",
@@ -72,11 +72,11 @@ bool write_mesh(std::ostream& out, const ExtractedMesh& mesh, MeshKind kind, con
   proto::MeshEncoding encoding;
   encoding.comments = comments_of(mesh, manifest);
   if (kind == MeshKind::ply) {
-    encoding.coordinates = mesh.frame == Frame::enu ? proto::CoordinateType::float32 : proto::CoordinateType::float64;
+    encoding.coordinates = mesh.frame == MeshFrame::enu ? proto::CoordinateType::float32 : proto::CoordinateType::float64;
     return proto::write_mesh(out, mesh.mesh, encoding);
   }
   encoding.format = proto::MeshFormat::obj;
-  if (mesh.frame == Frame::geodetic) return proto::write_mesh(out, mesh.mesh, encoding);
+  if (mesh.frame == MeshFrame::geodetic) return proto::write_mesh(out, mesh.mesh, encoding);
   proto::TriangleMesh rounded = mesh.mesh;
   for (auto* axis : {&rounded.x, &rounded.y, &rounded.z}) round_to_millimetres(*axis);
   return proto::write_mesh(out, rounded, encoding);

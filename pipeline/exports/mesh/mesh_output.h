@@ -18,7 +18,7 @@ std::string_view media_type(MeshKind kind);
 
 /// What a format cannot hold is refused: glTF's and STL's 32-bit floats have no room for degrees, nor STL's for earth-centred
 /// metres.
-proto::Result<void> check_frame(MeshKind kind, Frame frame);
+proto::Result<void> check_frame(MeshKind kind, MeshFrame frame);
 
 /// glb: float32 and normals, y up as glTF wants it, earth-centred points relative to a translation. ply: binary, float32 for
 /// local metres, else float64. obj: text, metres to the millimetre. stl: binary. Title, attribution and what coordinates count go

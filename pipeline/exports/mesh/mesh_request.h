@@ -12,7 +12,7 @@
 namespace cordillera::pipeline::exports {
 
 /// What coordinates count.
-enum class Frame : std::uint8_t {
+enum class MeshFrame : std::uint8_t {
   enu,       ///< metres east, north and up of a point of the ellipsoid in the middle
   ecef,      ///< metres, earth-centred (EPSG:4978)
   geodetic,  ///< degrees east, degrees north, metres above the ellipsoid (EPSG:4979, longitude first); over the antimeridian
@@ -23,7 +23,7 @@ struct MeshRequest {
   std::optional<proto::TileAddress> tile;  ///< this tile alone; no level and no box then
   std::optional<int> level;                ///< none: the finest that stays within most_triangles
   std::optional<raster::Area> box;         ///< none: everywhere
-  Frame frame = Frame::enu;
+  MeshFrame frame = MeshFrame::enu;
   std::uint64_t most_triangles = 10'000'000;
 };
 

@@ -4,7 +4,8 @@ namespace cordillera::pipeline::exports {
 
 using proto::Vec3;
 
-MeshWelder::MeshWelder(const proto::Lattice& lattice, const MeshWindow& window, Frame frame, std::array<std::int64_t, 2> middle)
+MeshWelder::MeshWelder(const proto::Lattice& lattice, const MeshWindow& window, MeshFrame frame,
+                       std::array<std::int64_t, 2> middle)
     : lattice_(lattice), window_(window), frame_(frame) {
   const auto row = proto::row_frame(lattice, middle[1]);
   const auto column = proto::column_frame(lattice, middle[0]);
@@ -24,9 +25,9 @@ std::size_t MeshWelder::Hash::operator()(const Key& key) const {
 }
 
 Vec3 MeshWelder::position(std::int64_t column, std::int64_t row, double height_m) const {
-  if (frame_ == Frame::geodetic) return {lattice_.longitude_deg(column), lattice_.latitude_deg(row), height_m};
+  if (frame_ == MeshFrame::geodetic) return {lattice_.longitude_deg(column), lattice_.latitude_deg(row), height_m};
   const Vec3 at = proto::ecef(proto::row_frame(lattice_, row), proto::column_frame(lattice_, column), height_m);
-  if (frame_ == Frame::ecef) return at;
+  if (frame_ == MeshFrame::ecef) return at;
   const Vec3 from = at - origin_m_;
   return {dot(from, east_), dot(from, north_), dot(from, up_)};
 }
@@ -41,7 +42,7 @@ std::uint32_t MeshWelder::push(const Vec3& position) {
 std::uint32_t MeshWelder::vertex(const Key& at, double height_m, bool shared) {
   if (!shared) return push(position(at.column, at.row, height_m));
   Key key = at;
-  if (frame_ != Frame::geodetic) {
+  if (frame_ != MeshFrame::geodetic) {
     const bool pole = at.row == 0 || at.row == lattice_.rows();
     key.column = pole ? 0 : (at.column % lattice_.columns() + lattice_.columns()) % lattice_.columns();
   }

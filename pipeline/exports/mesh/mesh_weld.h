@@ -13,7 +13,7 @@ namespace cordillera::pipeline::exports {
 class MeshWelder {
  public:
   /// middle: column and row of the lattice's vertex that local coordinates count from.
-  MeshWelder(const proto::Lattice& lattice, const MeshWindow& window, Frame frame, std::array<std::int64_t, 2> middle);
+  MeshWelder(const proto::Lattice& lattice, const MeshWindow& window, MeshFrame frame, std::array<std::int64_t, 2> middle);
 
   /// x: the tile's column, which may lie beyond the circle.
   void add(const LatticeMesh& tile, std::int64_t x);
@@ -40,7 +40,7 @@ class MeshWelder {
 
   proto::Lattice lattice_;
   MeshWindow window_;
-  Frame frame_;
+  MeshFrame frame_;
   proto::Vec3 origin_m_, east_, north_, up_;
   proto::TriangleMesh mesh_;
   std::unordered_map<Key, std::uint32_t, Hash> sides_;  // vertices on tiles' sides

@@ -25,9 +25,9 @@ struct SourceVertex {
   friend auto operator<=>(const SourceVertex&, const SourceVertex&) = default;
 };
 
-class Cutter {
+class MercatorCutter {
  public:
-  Cutter(const Terrain& terrain, const proto::TileAddress& tile, MercatorNormals normals)
+  MercatorCutter(const Terrain& terrain, const proto::TileAddress& tile, MercatorNormals normals)
       : terrain_(terrain), lattice_(terrain.lattice()), wanted_(normals) {
     const double rows = static_cast<double>(lattice_.rows());
     out_.south = (mercator_latitude_deg(tile.z, tile.y) + 90) / 180 * rows;
@@ -197,7 +197,7 @@ double mercator_latitude_deg(int zoom, std::int32_t y) {
 }
 
 MercatorMesh mercator_mesh(const Terrain& terrain, const proto::TileAddress& tile, MercatorNormals normals) {
-  return Cutter(terrain, tile, normals).mesh();
+  return MercatorCutter(terrain, tile, normals).mesh();
 }
 
 std::int32_t mercator_side(const Terrain& terrain, int zoom, std::int32_t least) {

@@ -10,7 +10,7 @@
 
 namespace cordillera::pipeline::faces {
 
-/// Whose meshes a zoom shows: tiles of both have the same width, but for zoom 0, which has both tiles of level 0.
+/// The level whose meshes a zoom shows. Its tiles are as wide as the zoom's, but for zoom 0, which has both tiles of level 0.
 inline int mercator_level(int zoom) { return zoom > 0 ? zoom - 1 : 0; }
 /// Finest zoom of a dataset's meshes.
 inline int finest_mercator_zoom(const proto::Manifest& manifest) {

@@ -18,7 +18,7 @@ PixelSize pixel_size(const Place& place, std::int32_t row) {
   return {pixel * cos * proto::kSemiMajor_m / w, pixel * cos * proto::kSemiMajor_m * (1 - e2) / (w * w * w)};
 }
 
-Gradient gradient(const HeightGrid& grid, std::int32_t row, std::int32_t column, const PixelSize& size) {
+Gradient gradient(const PixelHeights& grid, std::int32_t row, std::int32_t column, const PixelSize& size) {
   const double centre = grid.at(row, column);
   const auto h = [&](std::int32_t dr, std::int32_t dc) {
     const double height = grid.at(row + dr, column + dc);

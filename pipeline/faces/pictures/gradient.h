@@ -2,7 +2,7 @@
 // How steep the ground is at the pixels of a height grid.
 #include <cstdint>
 
-#include "pipeline/faces/pictures/height_grid.h"
+#include "pipeline/faces/pictures/pixel_heights.h"
 
 namespace cordillera::pipeline::faces {
 
@@ -10,7 +10,7 @@ namespace cordillera::pipeline::faces {
 struct PixelSize {
   double east_m = 0, south_m = 0;
 };
-/// Of a tile's row, 0 to 255; it depends on the row alone, so tiles beside each other agree.
+/// The size of the pixels in a tile's row, 0 to 255. It depends on the row alone, so tiles beside each other agree.
 PixelSize pixel_size(const Place& place, std::int32_t row);
 
 /// Metres of rise a metre.
@@ -19,6 +19,6 @@ struct Gradient {
 };
 /// By the method of Horn (1981), doi:10.1109/PROC.1981.11918, as gdaldem has it: from the eight pixels around, those beyond the
 /// tile's side included. Where a neighbour has no data the pixel's own height stands for it. The pixel itself must have data.
-Gradient gradient(const HeightGrid& grid, std::int32_t row, std::int32_t column, const PixelSize& size);
+Gradient gradient(const PixelHeights& grid, std::int32_t row, std::int32_t column, const PixelSize& size);
 
 }  // namespace cordillera::pipeline::faces

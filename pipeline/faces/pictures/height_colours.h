@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/faces/pictures/height_grid.h"
+#include "pipeline/faces/pictures/pixel_heights.h"
 #include "pipeline/faces/pictures/png_image.h"
 #include "pipeline/faces/pictures/webp_image.h"
 #include "pipeline/faces/web_mercator.h"
@@ -29,7 +29,7 @@ struct HeightColour {
   }
 };
 
-inline std::vector<std::uint8_t> coloured(const HeightGrid& grid, const HeightColour& colour) {
+inline std::vector<std::uint8_t> coloured(const PixelHeights& grid, const HeightColour& colour) {
   std::vector<std::uint8_t> pixels;
   pixels.reserve(3 * kTilePixels * kTilePixels);
   for (std::int32_t row = 0; row < kTilePixels; ++row) {

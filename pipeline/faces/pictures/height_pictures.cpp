@@ -46,7 +46,7 @@ constexpr HeightPicture kTerrariumWebp{
 /// The functions of a face for one kind of pictures.
 template <const HeightPicture& picture>
 struct Pictured {
-  static std::vector<std::uint8_t> pixels(const Terrain&, const HeightGrid& grid, const Place&) {
+  static std::vector<std::uint8_t> pixels(const Terrain&, const PixelHeights& grid, const Place&) {
     return coloured(grid, picture.code.colour);
   }
   static constexpr RasterStyle kStyle{picture.path, pixels, picture.encode, Beyond::faded};

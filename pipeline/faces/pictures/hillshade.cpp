@@ -25,7 +25,7 @@ std::uint8_t shade(const Gradient& rise) {
   return static_cast<std::uint8_t>(std::nearbyint(255 * std::max(lit, 0.0)));
 }
 
-std::vector<std::uint8_t> pixels(const Terrain&, const HeightGrid& grid, const Place& place) {
+std::vector<std::uint8_t> pixels(const Terrain&, const PixelHeights& grid, const Place& place) {
   std::vector<std::uint8_t> out;
   out.reserve(2 * kTilePixels * kTilePixels);
   for (std::int32_t row = 0; row < kTilePixels; ++row) {

@@ -35,7 +35,7 @@ proto::Result<std::optional<Document>> drawn(const Terrain& terrain, const Place
 
 proto::Result<std::optional<Document>> empty_tile(const Terrain& terrain, const Place& place, const RasterStyle& style) {
   return terrain.kept(kept_name(std::string(style.path), place), [&]() -> proto::Result<std::optional<Document>> {
-    HeightGrid grid;
+    PixelHeights grid;
     grid.side = kTilePixels + 2 * kMargin;
     grid.height_m.assign(grid.side * grid.side, std::numeric_limits<double>::quiet_NaN());
     return std::optional(document(style.encode(style.pixels(terrain, grid, place))));

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "pipeline/faces/face.h"
-#include "pipeline/faces/pictures/height_grid.h"
+#include "pipeline/faces/pictures/pixel_heights.h"
 
 namespace cordillera::pipeline::faces {
 
@@ -14,7 +14,7 @@ namespace cordillera::pipeline::faces {
 struct RasterStyle {
   std::string_view path;  ///< of the tiles, with z, x and y in braces
   /// By row from the north, then column.
-  std::vector<std::uint8_t> (*pixels)(const Terrain& terrain, const HeightGrid& grid, const Place& place) = nullptr;
+  std::vector<std::uint8_t> (*pixels)(const Terrain& terrain, const PixelHeights& grid, const Place& place) = nullptr;
   std::string (*encode)(const std::vector<std::uint8_t>& pixels) = nullptr;
   Beyond beyond = Beyond::clear;
 };

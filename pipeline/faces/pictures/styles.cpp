@@ -100,7 +100,7 @@ struct Style {
   Paint paint;
 };
 
-std::vector<std::uint8_t> painted(const Style& style, const Terrain& terrain, const HeightGrid& grid, const Place& place) {
+std::vector<std::uint8_t> painted(const Style& style, const Terrain& terrain, const PixelHeights& grid, const Place& place) {
   const auto colours = style.colours(terrain, place.ramp);
   std::vector<std::uint8_t> out(std::size_t{4} * kTilePixels * kTilePixels, 0);
   if (!colours) return out;  // whoever asks for the tile was told before
@@ -125,7 +125,7 @@ std::string rgb_alpha_png(const std::vector<std::uint8_t>& pixels) { return png(
 /// The functions of a face for one style.
 template <const Style& style>
 struct Styled {
-  static std::vector<std::uint8_t> pixels(const Terrain& terrain, const HeightGrid& grid, const Place& place) {
+  static std::vector<std::uint8_t> pixels(const Terrain& terrain, const PixelHeights& grid, const Place& place) {
     return painted(style, terrain, grid, place);
   }
   static constexpr RasterStyle kPng{style.path, pixels, rgb_alpha_png};

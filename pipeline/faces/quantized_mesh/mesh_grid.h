@@ -45,7 +45,7 @@ class MeshGrid {
 
   /// In units; null where there is none. Neighbours have the same vertices on their common side.
   virtual std::shared_ptr<const MeshIndex> mesh(const proto::TileAddress& tile) const = 0;
-  /// Of that mesh's vertices, unit and earth-centred; neighbours agree about those on their common side.
+  /// Normals of that mesh's vertices, of length one and earth-centred; neighbours agree about those on their common side.
   virtual std::vector<proto::Vec3> normals(const proto::TileAddress& tile) const = 0;
   virtual TileAngles angles(const proto::TileAddress& tile) const = 0;
 

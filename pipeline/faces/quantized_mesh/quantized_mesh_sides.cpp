@@ -8,16 +8,16 @@
 namespace cordillera::pipeline::faces {
 namespace {
 
-struct Piece {
+struct SidePiece {
   std::int32_t from = 0, to = 0;                // units
   std::int32_t from_height = 0, to_height = 0;  // steps
-  friend auto operator<=>(const Piece&, const Piece&) = default;
+  friend auto operator<=>(const SidePiece&, const SidePiece&) = default;
 };
 
 bool vertical(MeshSide side) { return side == MeshSide::west || side == MeshSide::east; }
 
-std::vector<Piece> pieces_of(const MeshIndex* index, MeshSide side) {
-  std::vector<Piece> out;
+std::vector<SidePiece> pieces_of(const MeshIndex* index, MeshSide side) {
+  std::vector<SidePiece> out;
   if (index == nullptr) return out;
   const LatticeMesh& mesh = index->mesh();
   const std::int32_t line = side == MeshSide::east || side == MeshSide::north ? mesh.side : 0;
@@ -36,18 +36,18 @@ std::vector<Piece> pieces_of(const MeshIndex* index, MeshSide side) {
   return out;
 }
 
-std::vector<Piece> common_pieces(const MeshGrid& grid, const proto::TileAddress& tile, MeshSide side) {
+std::vector<SidePiece> common_pieces(const MeshGrid& grid, const proto::TileAddress& tile, MeshSide side) {
   proto::TileAddress other = tile;
   const std::int32_t across = grid.across(tile.z);
   other.x = (tile.x + (side == MeshSide::east ? 1 : side == MeshSide::west ? -1 : 0) + across) % across;
   other.y += side == MeshSide::north ? 1 : side == MeshSide::south ? -1 : 0;
   const auto own = grid.mesh(tile);
-  std::vector<Piece> mine = pieces_of(own.get(), side);
+  std::vector<SidePiece> mine = pieces_of(own.get(), side);
   if (mine.empty() || other.y < 0 || other.y >= grid.up(tile.z)) return mine;
   constexpr std::array<MeshSide, 4> kOpposite = {MeshSide::east, MeshSide::north, MeshSide::west, MeshSide::south};
   const auto neighbour = grid.mesh(other);
-  const std::vector<Piece> theirs = pieces_of(neighbour.get(), kOpposite[static_cast<std::size_t>(side)]);
-  std::vector<Piece> both;
+  const std::vector<SidePiece> theirs = pieces_of(neighbour.get(), kOpposite[static_cast<std::size_t>(side)]);
+  std::vector<SidePiece> both;
   std::set_intersection(mine.begin(), mine.end(), theirs.begin(), theirs.end(), std::back_inserter(both));
   return both;
 }
@@ -106,12 +106,12 @@ std::array<std::int32_t, 2> across_and_along(MeshSide side, const std::array<std
 SideLine side_line(const MeshGrid& grid, const QuantizedLevel& level, const proto::TileAddress& tile, MeshSide side) {
   const std::int32_t units = grid.side(tile.z);
   Line line(units);
-  const std::vector<Piece> pieces = common_pieces(grid, tile, side);
-  for (const Piece& piece : pieces) {
+  const std::vector<SidePiece> pieces = common_pieces(grid, tile, side);
+  for (const SidePiece& piece : pieces) {
     line.add(piece.from, piece.from_height);
     line.add(piece.to, piece.to_height);
   }
-  for (const Piece& piece : pieces) line.mark_data(piece.from, piece.to);
+  for (const SidePiece& piece : pieces) line.mark_data(piece.from, piece.to);
   line.drop_single_points();
   for (std::int32_t k = 0; k <= level.sea_cells; ++k) line.add_sea(units / level.sea_cells * k);
   return line.points();

@@ -20,7 +20,7 @@ using Float3 = std::array<float, 3>;
 Float3 y_up(const proto::Vec3& v) { return {static_cast<float>(v.x), static_cast<float>(v.z), static_cast<float>(-v.y)}; }
 
 /// Bytes of the buffer and the JSON that says what they are.
-struct Buffer {
+struct GlbBuffer {
   std::string bytes;
   Json views = Json::array(), accessors = Json::array();
 
@@ -70,7 +70,7 @@ struct Buffer {
 };
 
 Json primitive_of(const QuantizedSurface& surface, const std::vector<proto::Vec3>& at, const proto::Vec3& centre,
-                  Buffer& buffer) {
+                  GlbBuffer& buffer) {
   std::vector<Float3> positions, normals;
   for (std::size_t v = 0; v < at.size(); ++v) {
     positions.push_back(y_up(at[v] - centre));
@@ -101,7 +101,7 @@ std::string terrain_glb(const QuantizedSurface& surface, const std::string& copy
     }
   }
   const proto::Vec3 centre = quantized_bounds(surface, at).centre;
-  Buffer buffer;
+  GlbBuffer buffer;
   const Json primitive = primitive_of(surface, at, centre, buffer);
   Json out;
   out["asset"] = {{"version", "2.0"}, {"generator", "Cordillera"}};

@@ -59,7 +59,7 @@ QuantizedBounds bounds_of(const proto::TileAddress& tile, const std::array<doubl
   return out;
 }
 
-struct Tables {
+struct SubtreeTables {
   std::string lows, highs, spheres, horizons;
 
   void add(const Terrain& terrain, const proto::TileAddress& tile) {
@@ -82,7 +82,7 @@ std::optional<std::string> terrain_subtree(const Terrain& terrain, const proto::
   const GeodeticGrid grid(terrain);
   if (root.z % kLevels != 0 || !has_quantized_tile(grid, root)) return std::nullopt;
   AvailabilityBits tiles((places(kLevels) - 1) / 3), below(places(kLevels));
-  Tables tables;
+  SubtreeTables tables;
   std::size_t first = 0;  // of the depth, in the availability
   for (int depth = 0; depth <= kLevels; ++depth) {
     for (std::uint32_t place = 0; place < places(depth); ++place) {

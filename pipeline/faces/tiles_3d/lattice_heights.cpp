@@ -9,10 +9,10 @@ namespace cordillera::pipeline::faces {
 namespace {
 
 /// Tiles that hold places of an axis. One on a common side may have data in either.
-struct Span {
+struct RowSpan {
   std::int64_t first = 0, last = 0;
 };
-Span span_of(std::int64_t first, std::int64_t last, std::int64_t side) {
+RowSpan span_of(std::int64_t first, std::int64_t last, std::int64_t side) {
   const auto floor = [&](std::int64_t v) { return v >= 0 ? v / side : -((-v + side - 1) / side); };
   return {floor(first - 1), floor(last)};
 }
@@ -35,11 +35,11 @@ void draw_lattice(const Terrain& terrain, int level, LatticeWindow& window) {
   window.height_m.assign(static_cast<std::size_t>(window.columns) * static_cast<std::size_t>(window.rows),
                          std::numeric_limits<double>::quiet_NaN());
   add_frames(lattice, window);
-  PixelPlaces places{std::vector<double>(static_cast<std::size_t>(window.columns)),
-                     std::vector<double>(static_cast<std::size_t>(window.rows)), window.row_frames, window.column_frames};
+  PixelsInUnits places{std::vector<double>(static_cast<std::size_t>(window.columns)),
+                       std::vector<double>(static_cast<std::size_t>(window.rows)), window.row_frames, window.column_frames};
   const std::int32_t across = proto::tiles_across(level);
-  const Span xs = span_of(window.west, window.west + (window.columns - 1) * window.step, side);
-  const Span ys = span_of(window.north - (window.rows - 1) * window.step, window.north, side);
+  const RowSpan xs = span_of(window.west, window.west + (window.columns - 1) * window.step, side);
+  const RowSpan ys = span_of(window.north - (window.rows - 1) * window.step, window.north, side);
   // Always in the same order: a place on a common side has the height of the first tile.
   for (std::int64_t y = std::max<std::int64_t>(ys.first, 0); y <= std::min<std::int64_t>(ys.last, proto::tiles_up(level) - 1);
        ++y) {

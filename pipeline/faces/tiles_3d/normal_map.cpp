@@ -41,9 +41,9 @@ std::optional<Vec3> scaled(const Vec3& v) {
 
 /// Slopes of the eight heights around a pixel's own, half a pixel away, by the method of Horn (1981) as gradient.h has it, in
 /// space: the earth's curvature counts. A neighbour without data counts as the pixel itself.
-class Surface {
+class PictureSurface {
  public:
-  explicit Surface(const LatticeWindow& window) : window_(window) {}
+  explicit PictureSurface(const LatticeWindow& window) : window_(window) {}
 
   std::optional<Vec3> normal(std::int32_t pixel_row, std::int32_t pixel_column) const {
     const std::int32_t row = 2 * pixel_row + 1, column = 2 * pixel_column + 1;
@@ -105,7 +105,7 @@ std::vector<std::uint8_t> normal_map(const Terrain& terrain, const proto::TileAd
   // While a dataset is being built, what is finer may go or come.
   const int finer = terrain.manifest().provisional() ? 0 : finer_levels;
   draw_lattice(terrain, std::min(tile.z + finer, static_cast<int>(terrain.manifest().max_level())), window);
-  const Surface surface(window);
+  const PictureSurface surface(window);
   PixelNormals normals;
   normals.reserve(static_cast<std::size_t>(kSide) * kSide);
   for (std::int32_t r = 0; r < kSide; ++r) {

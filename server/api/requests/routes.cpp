@@ -28,32 +28,32 @@ Route stac_route(std::string_view rest) {
                      rest == "collections/datasets/items";
   const bool item = rest.starts_with(kItems) && is_id(rest.substr(kItems.size()));
   if (!known && !item) return route;
-  route.resource = Resource::stac;
+  route.endpoint = Endpoint::stac;
   route.path = std::string(rest);
   if (item) route.id = std::string(rest.substr(kItems.size()));
   return route;
 }
 
 /// What a dataset has and a version of it has not.
-bool is_of_now(Resource resource) {
-  return resource == Resource::events || resource == Resource::sources || resource == Resource::source ||
-         resource == Resource::versions || resource == Resource::rollback || resource == Resource::demo;
+bool is_of_now(Endpoint endpoint) {
+  return endpoint == Endpoint::events || endpoint == Endpoint::sources || endpoint == Endpoint::source ||
+         endpoint == Endpoint::versions || endpoint == Endpoint::rollback || endpoint == Endpoint::demo;
 }
 
-Resource below_dataset(const std::string& path, pipeline::faces::Found* face) {
-  if (path == "events") return Resource::events;
-  if (path == "manifest.json") return Resource::manifest;
-  if (path == "sources") return Resource::sources;
-  if (path.starts_with("sources/") && is_id(path.substr(8))) return Resource::source;
-  if (path == "versions") return Resource::versions;
-  if (path == "rollback") return Resource::rollback;
-  if (path == "elevation") return Resource::elevation;
-  if (path.starts_with("demo/") && path.ends_with(".html") && is_id(path.substr(5, path.size() - 10))) return Resource::demo;
-  if (path.starts_with("mesh.") && pipeline::exports::mesh_kind(path.substr(5))) return Resource::mesh;
+Endpoint below_dataset(const std::string& path, pipeline::faces::Found* face) {
+  if (path == "events") return Endpoint::events;
+  if (path == "manifest.json") return Endpoint::manifest;
+  if (path == "sources") return Endpoint::sources;
+  if (path.starts_with("sources/") && is_id(path.substr(8))) return Endpoint::source;
+  if (path == "versions") return Endpoint::versions;
+  if (path == "rollback") return Endpoint::rollback;
+  if (path == "elevation") return Endpoint::elevation;
+  if (path.starts_with("demo/") && path.ends_with(".html") && is_id(path.substr(5, path.size() - 10))) return Endpoint::demo;
+  if (path.starts_with("mesh.") && pipeline::exports::mesh_kind(path.substr(5))) return Endpoint::mesh;
   const auto found = pipeline::faces::find(path);
-  if (!found) return Resource::none;
+  if (!found) return Endpoint::none;
   *face = *found;
-  return Resource::face;
+  return Endpoint::face;
 }
 
 /// Behind /v1/live: what a client reads of a dataset. rest: "", ".pmtiles", or "/" and what is below.
@@ -61,14 +61,14 @@ Route live_route(std::string_view rest) {
   Route route;
   const bool below = rest.starts_with('/');
   if (below) rest.remove_prefix(1);
-  const Resource what = rest.empty()                 ? Resource::dataset
-                        : !below && rest == kArchive ? Resource::archive
+  const Endpoint what = rest.empty()                 ? Endpoint::dataset
+                        : !below && rest == kArchive ? Endpoint::archive
                         : below                      ? below_dataset(std::string(rest), &route.found)
-                                                     : Resource::none;
-  constexpr Resource kRead[] = {Resource::dataset,   Resource::archive, Resource::face, Resource::manifest,
-                                Resource::elevation, Resource::events,  Resource::mesh};
+                                                     : Endpoint::none;
+  constexpr Endpoint kRead[] = {Endpoint::dataset,   Endpoint::archive, Endpoint::face, Endpoint::manifest,
+                                Endpoint::elevation, Endpoint::events,  Endpoint::mesh};
   if (std::find(std::begin(kRead), std::end(kRead), what) == std::end(kRead)) return {};
-  route.resource = Resource::live;
+  route.endpoint = Endpoint::live;
   route.path = std::string(rest);
   return route;
 }
@@ -78,37 +78,37 @@ Route live_route(std::string_view rest) {
 Route parse_route(std::string_view path) {
   Route route;
   const auto parts = split(path);
-  if (path == "/healthz") route.resource = Resource::health;
-  if (path == "/readyz") route.resource = Resource::readiness;
-  if (path == "/api" || path == "/openapi.json") route.resource = Resource::description;
-  if (path == "/metrics") route.resource = Resource::metrics;
-  if (path == "/v1/limits") route.resource = Resource::limits;
-  if (path == "/v1") route.resource = Resource::index;
-  if (path == "/v1/uploads") route.resource = Resource::uploads;
-  if (path == "/v1/datasets") route.resource = Resource::datasets;
-  if (route.resource != Resource::none) return route;
+  if (path == "/healthz") route.endpoint = Endpoint::health;
+  if (path == "/readyz") route.endpoint = Endpoint::readiness;
+  if (path == "/api" || path == "/openapi.json") route.endpoint = Endpoint::description;
+  if (path == "/metrics") route.endpoint = Endpoint::metrics;
+  if (path == "/v1/limits") route.endpoint = Endpoint::limits;
+  if (path == "/v1") route.endpoint = Endpoint::index;
+  if (path == "/v1/uploads") route.endpoint = Endpoint::uploads;
+  if (path == "/v1/datasets") route.endpoint = Endpoint::datasets;
+  if (route.endpoint != Endpoint::none) return route;
   if (path == "/stac" || path.starts_with("/stac/")) return stac_route(path.substr(std::min<std::size_t>(6, path.size())));
   if (path.empty() || path[0] != '/') return {};
   if (parts.size() < 2 || parts[1] != "v1") {
-    route.resource = Resource::page;
+    route.endpoint = Endpoint::page;
     return route;
   }
   if (path.starts_with(kLive)) return live_route(path.substr(kLive.size()));
   if (parts.size() == 4 && parts[2] == "uploads" && is_id(parts[3])) {
-    route.resource = Resource::upload;
+    route.endpoint = Endpoint::upload;
     route.id = std::string(parts[3]);
     return route;
   }
   if (parts.size() == 4 && parts[2] == "datasets" && parts[3].ends_with(kArchive) &&
       is_id(parts[3].substr(0, parts[3].size() - kArchive.size()))) {
-    route.resource = Resource::archive;
+    route.endpoint = Endpoint::archive;
     route.id = std::string(parts[3].substr(0, parts[3].size() - kArchive.size()));
     return route;
   }
   if (parts.size() < 4 || parts[2] != "datasets" || !is_id(parts[3])) return {};
   route.id = std::string(parts[3]);
   if (parts.size() == 4) {
-    route.resource = Resource::dataset;
+    route.endpoint = Endpoint::dataset;
     return route;
   }
   // What a version names stays as it is for ever, so only what a finished build has goes below one.
@@ -116,38 +116,38 @@ Route parse_route(std::string_view path) {
   if (versioned) route.version = std::string(parts[5]);
   const std::string_view rest = parts[versioned ? 6 : 4];
   route.path = path.substr(static_cast<std::size_t>(rest.data() - path.data()));
-  route.resource = below_dataset(route.path, &route.found);
-  if (versioned && is_of_now(route.resource)) route.resource = Resource::none;
+  route.endpoint = below_dataset(route.path, &route.found);
+  if (versioned && is_of_now(route.endpoint)) route.endpoint = Endpoint::none;
   return route;
 }
 
 std::string route_name(const Route& route) {
-  switch (route.resource) {
-    case Resource::none: return "unknown";
-    case Resource::index: return "index";
-    case Resource::health: return "healthz";
-    case Resource::readiness: return "readyz";
-    case Resource::description: return "api";
-    case Resource::metrics: return "metrics";
-    case Resource::limits: return "limits";
-    case Resource::live: return "live";
-    case Resource::uploads: return "uploads";
-    case Resource::upload: return "upload";
-    case Resource::datasets: return "datasets";
-    case Resource::dataset: return "dataset";
-    case Resource::events: return "events";
-    case Resource::manifest: return "manifest";
-    case Resource::sources: return "sources";
-    case Resource::source: return "source";
-    case Resource::versions: return "versions";
-    case Resource::rollback: return "rollback";
-    case Resource::elevation: return "elevation";
-    case Resource::mesh: return "mesh";
-    case Resource::archive: return "archive";
-    case Resource::stac: return "stac";
-    case Resource::demo: return "demo";
-    case Resource::page: return "viewer";
-    case Resource::face: break;
+  switch (route.endpoint) {
+    case Endpoint::none: return "unknown";
+    case Endpoint::index: return "index";
+    case Endpoint::health: return "healthz";
+    case Endpoint::readiness: return "readyz";
+    case Endpoint::description: return "api";
+    case Endpoint::metrics: return "metrics";
+    case Endpoint::limits: return "limits";
+    case Endpoint::live: return "live";
+    case Endpoint::uploads: return "uploads";
+    case Endpoint::upload: return "upload";
+    case Endpoint::datasets: return "datasets";
+    case Endpoint::dataset: return "dataset";
+    case Endpoint::events: return "events";
+    case Endpoint::manifest: return "manifest";
+    case Endpoint::sources: return "sources";
+    case Endpoint::source: return "source";
+    case Endpoint::versions: return "versions";
+    case Endpoint::rollback: return "rollback";
+    case Endpoint::elevation: return "elevation";
+    case Endpoint::mesh: return "mesh";
+    case Endpoint::archive: return "archive";
+    case Endpoint::stac: return "stac";
+    case Endpoint::demo: return "demo";
+    case Endpoint::page: return "viewer";
+    case Endpoint::face: break;
   }
   for (const pipeline::faces::Face* face : pipeline::faces::all_faces()) {
     for (const auto& resource : face->resources) {
@@ -157,16 +157,16 @@ std::string route_name(const Route& route) {
   return "face";
 }
 
-std::string allowed_methods(Resource resource) {
-  switch (resource) {
-    case Resource::datasets: return "GET, HEAD, POST, PUT, OPTIONS";
-    case Resource::sources:
-    case Resource::elevation: return "GET, HEAD, POST, OPTIONS";
-    case Resource::dataset: return "GET, HEAD, PATCH, DELETE, OPTIONS";
-    case Resource::source: return "GET, HEAD, PUT, DELETE, OPTIONS";
-    case Resource::rollback:
-    case Resource::uploads: return "POST, OPTIONS";
-    case Resource::upload: return "GET, HEAD, PATCH, DELETE, OPTIONS";
+std::string allowed_methods(Endpoint endpoint) {
+  switch (endpoint) {
+    case Endpoint::datasets: return "GET, HEAD, POST, PUT, OPTIONS";
+    case Endpoint::sources:
+    case Endpoint::elevation: return "GET, HEAD, POST, OPTIONS";
+    case Endpoint::dataset: return "GET, HEAD, PATCH, DELETE, OPTIONS";
+    case Endpoint::source: return "GET, HEAD, PUT, DELETE, OPTIONS";
+    case Endpoint::rollback:
+    case Endpoint::uploads: return "POST, OPTIONS";
+    case Endpoint::upload: return "GET, HEAD, PATCH, DELETE, OPTIONS";
     default: return "GET, HEAD, OPTIONS";
   }
 }

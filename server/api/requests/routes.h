@@ -8,7 +8,7 @@
 
 namespace cordillera::server {
 
-enum class Resource {
+enum class Endpoint {
   none,
   index,        ///< /v1
   health,       ///< /healthz
@@ -37,20 +37,20 @@ enum class Resource {
 };
 
 struct Route {
-  Resource resource = Resource::none;
+  Endpoint endpoint = Endpoint::none;
   std::string id;
   std::string version;           ///< of …/{id}/versions/{version}/…; empty without one
   std::string path;              ///< what follows …/{id}/ or the version; of stac, what follows /stac/, of live /v1/live
   pipeline::faces::Found found;  ///< of a face
 };
 
-/// A path of the API that is spelt wrongly is Resource::none; everything outside /v1 is a page.
+/// A path of the API that is spelt wrongly is Endpoint::none; everything outside /v1 is a page.
 Route parse_route(std::string_view path);
 
 /// For metrics and logs: one name for all addresses of a resource; a face's own.
 std::string route_name(const Route& route);
 
 /// The methods a resource answers, as the Allow header has them.
-std::string allowed_methods(Resource resource);
+std::string allowed_methods(Endpoint endpoint);
 
 }  // namespace cordillera::server

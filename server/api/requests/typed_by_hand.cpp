@@ -127,10 +127,10 @@ void forget_body_headers(Request& request) {
 
 Route route_meant(const Request& request) {
   Route route = parse_route(request.path);
-  if (route.resource != Resource::none || reads(request)) return route;
+  if (route.endpoint != Endpoint::none || reads(request)) return route;
   if (has_slash(request.path)) return parse_route(stripped(request.path));
   if (request.method != "PUT" || name_in_path(request).empty()) return route;
-  route.resource = Resource::datasets;
+  route.endpoint = Endpoint::datasets;
   return route;
 }
 
@@ -143,8 +143,8 @@ std::string name_in_path(const Request& request) {
 std::optional<Response> without_slash(const Request& request, const std::function<bool(const std::string& path)>& is_page) {
   if (!reads(request) || !has_slash(request.path)) return std::nullopt;
   const std::string path = stripped(request.path);
-  const Resource resource = parse_route(path).resource;
-  if (resource == Resource::none || (resource == Resource::page && !is_page(path))) return std::nullopt;
+  const Endpoint endpoint = parse_route(path).endpoint;
+  if (endpoint == Endpoint::none || (endpoint == Endpoint::page && !is_page(path))) return std::nullopt;
   Response response;
   response.status = 308;
   response.set("Location", "../" + path.substr(path.rfind('/') + 1));

@@ -15,7 +15,7 @@ namespace cordillera::server {
 /// -T makes of …/v1/datasets/, is one on the collection.
 Route route_meant(const Request& request);
 
-/// Of a request on the collection: the name that curl added to its path, or empty.
+/// The name that curl added to the path of the collection (curl -T file URL/); empty where there is none.
 std::string name_in_path(const Request& request);
 
 /// To a GET with a slash too many: 308, for relative links in the answer would lead elsewhere. None: there is nothing at the path

@@ -23,12 +23,12 @@ Problem unknown_method(std::string_view method) {
           "GET, HEAD, POST, PUT, PATCH, DELETE or OPTIONS", ""};
 }
 
-Problem target_too_long(const Limits& limits) {
+Problem target_too_long(const HttpLimits& limits) {
   return {"uri-too-long", "the address is too long",
           "an address of at most " + std::to_string(limits.target_bytes >> 10) + " KiB", ""};
 }
 
-Problem head_too_large(const Limits& limits) {
+Problem head_too_large(const HttpLimits& limits) {
   return {"head-too-large", "the request's headers are too large",
           "at most " + std::to_string(limits.fields) + " headers of " + std::to_string(limits.head_bytes >> 10) + " KiB in all",
           ""};
@@ -62,7 +62,7 @@ std::optional<Problem> check_version(std::string_view bytes) {
 }
 
 /// authority: of an absolute target.
-std::optional<Problem> read_request_line(const RawHead& raw, const Limits& limits, Head& head, std::string& authority) {
+std::optional<Problem> read_request_line(const RawHead& raw, const HttpLimits& limits, Head& head, std::string& authority) {
   if (!is_known_method(raw.method)) return unknown_method(raw.method);
   if (raw.target.size() > limits.target_bytes) return target_too_long(limits);
   auto read = read_target(raw.target);
@@ -104,7 +104,7 @@ std::optional<Problem> read_framing(Head& head) {
 
 }  // namespace
 
-HeadScan::State HeadScan::look(std::string_view bytes, const Limits& limits) {
+HeadScan::State HeadScan::look(std::string_view bytes, const HttpLimits& limits) {
   while (at_ < bytes.size()) {
     const void* found = std::memchr(bytes.data() + at_, '\n', bytes.size() - at_);
     if (found == nullptr) break;
@@ -128,12 +128,12 @@ HeadScan::State HeadScan::look(std::string_view bytes, const Limits& limits) {
   return too_long_ ? State::broken : State::more;
 }
 
-Problem head_problem(const HeadScan& scan, const Limits& limits) {
+Problem head_problem(const HeadScan& scan, const HttpLimits& limits) {
   if (!scan.too_long()) return invalid("lines end with CR and LF, both, and do not begin with a blank");
   return scan.in_first_line() ? target_too_long(limits) : head_too_large(limits);
 }
 
-proto::Result<Head> read_head(std::string_view bytes, const Limits& limits) {
+proto::Result<Head> read_head(std::string_view bytes, const HttpLimits& limits) {
   if (bytes.starts_with("\r\n")) bytes.remove_prefix(2);
   if (auto problem = check_version(bytes)) return *problem;
   RawHead raw;

@@ -18,7 +18,7 @@ class HeadScan {
  public:
   enum class State { more, whole, broken };
   /// bytes: everything so far; only what is new is looked at. broken: a line end that is none, or a head beyond the limits.
-  State look(std::string_view bytes, const Limits& limits);
+  State look(std::string_view bytes, const HttpLimits& limits);
   std::size_t size() const { return size_; }  ///< of the whole head, the empty line included
   bool in_first_line() const { return lines_ == 0; }
   bool too_long() const { return too_long_; }
@@ -38,9 +38,9 @@ struct Head {
 };
 
 /// bytes: a whole head.
-proto::Result<Head> read_head(std::string_view bytes, const Limits& limits);
+proto::Result<Head> read_head(std::string_view bytes, const HttpLimits& limits);
 
 /// Why a head that never became whole is refused.
-proto::Problem head_problem(const HeadScan& scan, const Limits& limits);
+proto::Problem head_problem(const HeadScan& scan, const HttpLimits& limits);
 
 }  // namespace cordillera::server::front

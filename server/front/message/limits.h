@@ -11,7 +11,7 @@
 
 namespace cordillera::server::front {
 
-struct Limits {
+struct HttpLimits {
   std::uint32_t loops = std::clamp(proto::usable_cores(), 1u, 16u);  ///< threads that read and write connections
   std::uint32_t connections = 4096;                                  ///< at a time; beyond them the longest idle one makes room
   std::uint32_t connections_per_client = 512;                        ///< of one address: an office behind one, with six a browser

@@ -11,7 +11,7 @@ namespace cordillera::pipeline::faces {
 class Terrain;
 
 /// Columns count on across the antimeridian, in either direction, by less than a turn; rows count on beyond the grid's ends.
-struct PixelWindow {
+struct MapWindow {
   int zoom = 0;
   int level = 0;                     ///< of the meshes that it is drawn from
   std::int64_t west = 0, north = 0;  ///< its first column and row; at whole numbers of 256 a tile begins
@@ -25,6 +25,6 @@ struct PixelWindow {
 };
 
 /// Replaces the heights by those of the flat triangles over the pixels' centres. A problem without a geoid.
-proto::Result<void> draw_heights(const Terrain& terrain, PixelWindow& window);
+proto::Result<void> draw_heights(const Terrain& terrain, MapWindow& window);
 
 }  // namespace cordillera::pipeline::faces

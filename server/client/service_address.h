@@ -7,13 +7,13 @@
 namespace cordillera::server::client {
 
 /// As the command line has them; empty: not given.
-struct PlaceWords {
+struct ServiceWords {
   std::string server;
   std::string token;  ///< others see it in the list of processes, so the command warns
   std::string token_file;
 };
 
-struct Place {
+struct ServiceAddress {
   std::string host;    ///< "https://example.org:8443", never with a slash at its end
   std::string prefix;  ///< of every path: "/terrain", or empty
   std::string token;   ///< empty: none is shown
@@ -22,6 +22,6 @@ struct Place {
 
 /// --server, else CORDILLERA_SERVER, else this machine's port 8080; --token, --token-file, CORDILLERA_TOKEN,
 /// CORDILLERA_TOKEN_FILE, the first that is there. Warnings go to stderr.
-proto::Result<Place> find_place(const PlaceWords& words);
+proto::Result<ServiceAddress> find_service(const ServiceWords& words);
 
 }  // namespace cordillera::server::client

@@ -1,12 +1,12 @@
-#include "pipeline/faces/pictures/height_grid.h"
+#include "pipeline/faces/pictures/pixel_heights.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "pipeline/faces/map_window.h"
 #include "pipeline/faces/outline_fill.h"
-#include "pipeline/faces/pixel_window.h"
 #include "pipeline/faces/web_mercator.h"
 
 namespace cordillera::pipeline::faces {
@@ -14,13 +14,13 @@ namespace {
 
 constexpr std::int32_t kSide = kTilePixels + 2 * kMargin;
 
-PixelWindow window_of(const Place& place, int level) {
+MapWindow window_of(const Place& place, int level) {
   return {place.z, level, std::int64_t{kTilePixels} * place.x - kMargin, std::int64_t{kTilePixels} * place.y - kMargin, kSide,
           kSide,   {}};
 }
 
 template <class Shows>
-bool any_pixel(const HeightGrid& grid, const Shows& shows) {
+bool any_pixel(const PixelHeights& grid, const Shows& shows) {
   for (std::int32_t r = 0; r < kTilePixels; ++r) {
     for (std::int32_t c = 0; c < kTilePixels; ++c) {
       if (shows(grid.at(r, c))) return true;
@@ -29,7 +29,7 @@ bool any_pixel(const HeightGrid& grid, const Shows& shows) {
   return false;
 }
 
-void clear_outside(const OutlineFill& outline, const std::vector<double>& data_m, PixelWindow& window) {
+void clear_outside(const OutlineFill& outline, const std::vector<double>& data_m, MapWindow& window) {
   for (std::size_t k = 0; k < data_m.size(); ++k) {
     const auto row = static_cast<std::int64_t>(k) / window.columns, column = static_cast<std::int64_t>(k) % window.columns;
     if (std::isnan(data_m[k]) && !outline.inside(window.zoom, window.west + column, window.north + row))
@@ -42,7 +42,7 @@ bool gaps_in(const std::vector<double>& height_m) {
 }
 
 /// Fills a window that was drawn. False: it stays as it is.
-proto::Result<bool> fill_gaps(const Terrain& terrain, PixelWindow& window, Beyond beyond) {
+proto::Result<bool> fill_gaps(const Terrain& terrain, MapWindow& window, Beyond beyond) {
   if (!gaps_in(window.height_m)) return false;
   const auto outline = terrain.outline();
   if (!outline) return outline.problem();
@@ -55,26 +55,26 @@ proto::Result<bool> fill_gaps(const Terrain& terrain, PixelWindow& window, Beyon
 
 }  // namespace
 
-proto::Result<std::optional<HeightGrid>> height_grid(const Terrain& terrain, const Place& place) {
+proto::Result<std::optional<PixelHeights>> pixel_heights(const Terrain& terrain, const Place& place) {
   const auto extent = extent_of(terrain.manifest());
-  if (!extent || !touches(*extent, place.z, place.x, place.y)) return std::optional<HeightGrid>();
+  if (!extent || !touches(*extent, place.z, place.x, place.y)) return std::optional<PixelHeights>();
   const Zooms zooms = zooms_of(terrain.manifest(), *extent);
-  if (!zooms.holds(place.z)) return std::optional<HeightGrid>();
-  HeightGrid grid;
+  if (!zooms.holds(place.z)) return std::optional<PixelHeights>();
+  PixelHeights grid;
   grid.level = level_of(terrain.manifest(), zooms, place.z, row_latitude_deg(*extent, place.z, place.y));
   grid.side = kSide;
-  PixelWindow window = window_of(place, grid.level);
+  MapWindow window = window_of(place, grid.level);
   if (const auto done = draw_heights(terrain, window); !done) return done.problem();
   grid.height_m = std::move(window.height_m);
   grid.data = any_pixel(grid, [](double height_m) { return !std::isnan(height_m); });
   return std::optional(std::move(grid));
 }
 
-proto::Result<std::optional<HeightGrid>> filled_grid(const Terrain& terrain, const Place& place, Beyond beyond) {
-  auto grid = height_grid(terrain, place);
+proto::Result<std::optional<PixelHeights>> filled_grid(const Terrain& terrain, const Place& place, Beyond beyond) {
+  auto grid = pixel_heights(terrain, place);
   if (!grid || !*grid) return grid;
-  HeightGrid& heights = **grid;
-  PixelWindow window = window_of(place, heights.level);
+  PixelHeights& heights = **grid;
+  MapWindow window = window_of(place, heights.level);
   window.height_m = std::move(heights.height_m);
   const auto filled = fill_gaps(terrain, window, beyond);
   if (!filled) return filled.problem();
@@ -84,7 +84,7 @@ proto::Result<std::optional<HeightGrid>> filled_grid(const Terrain& terrain, con
   return grid;
 }
 
-proto::Result<void> filled_window(const Terrain& terrain, PixelWindow& window, Beyond beyond) {
+proto::Result<void> filled_window(const Terrain& terrain, MapWindow& window, Beyond beyond) {
   if (const auto done = draw_heights(terrain, window); !done) return done.problem();
   if (const auto filled = fill_gaps(terrain, window, beyond); !filled) return filled.problem();
   return {};

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "pipeline/faces/face.h"
-#include "pipeline/faces/pixel_window.h"
+#include "pipeline/faces/map_window.h"
 #include "proto/result.h"
 
 namespace cordillera::pipeline::faces {
@@ -13,7 +13,7 @@ namespace cordillera::pipeline::faces {
 /// Pixels of the surroundings that a grid holds on each side of its tile, for slopes.
 inline constexpr std::int32_t kMargin = 1;
 
-struct HeightGrid {
+struct PixelHeights {
   int level = 0;                 ///< of the meshes
   std::size_t side = 0;          ///< pixels, margins included
   std::vector<double> height_m;  ///< by row from the north, then column; above the geoid, not a number where there is none
@@ -27,7 +27,7 @@ struct HeightGrid {
 
 /// Heights at pixel centres, as the meshes have them. Nothing where the tile is beyond the dataset's zooms or does not touch its
 /// extent. A problem without a geoid.
-proto::Result<std::optional<HeightGrid>> height_grid(const Terrain& terrain, const Place& place);
+proto::Result<std::optional<PixelHeights>> pixel_heights(const Terrain& terrain, const Place& place);
 
 /// What a picture can do where there is no data.
 enum class Beyond : std::uint8_t {
@@ -36,9 +36,9 @@ enum class Beyond : std::uint8_t {
 };
 /// The same without holes: `outline_fill.h` has how. data: any pixel of the tile has a height other than that of the geoid, or
 /// data.
-proto::Result<std::optional<HeightGrid>> filled_grid(const Terrain& terrain, const Place& place, Beyond beyond);
+proto::Result<std::optional<PixelHeights>> filled_grid(const Terrain& terrain, const Place& place, Beyond beyond);
 /// The same for any window: its heights are drawn and filled. A pixel's height is a function of its place and the window's level
 /// alone.
-proto::Result<void> filled_window(const Terrain& terrain, PixelWindow& window, Beyond beyond);
+proto::Result<void> filled_window(const Terrain& terrain, MapWindow& window, Beyond beyond);
 
 }  // namespace cordillera::pipeline::faces

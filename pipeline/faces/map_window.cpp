@@ -1,4 +1,4 @@
-#include "pipeline/faces/pixel_window.h"
+#include "pipeline/faces/map_window.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,7 +20,7 @@ struct Columns {
   std::vector<std::size_t> run_end;
 };
 
-Columns columns_of(const PixelWindow& window) {
+Columns columns_of(const MapWindow& window) {
   Columns columns;
   for (std::int32_t c = 0; c < window.columns; ++c) {
     const double longitude = pixel_longitude_deg(window.zoom, static_cast<double>(window.west + c) + 0.5);
@@ -33,7 +33,7 @@ Columns columns_of(const PixelWindow& window) {
   return columns;
 }
 
-PixelRows rows_of(const PixelWindow& window) {
+PixelRows rows_of(const MapWindow& window) {
   PixelRows rows;
   for (std::int32_t r = 0; r < window.rows; ++r) {
     rows.latitude_deg.push_back(pixel_latitude_deg(window.zoom, static_cast<double>(window.north + r) + 0.5));
@@ -43,22 +43,22 @@ PixelRows rows_of(const PixelWindow& window) {
 }
 
 /// Tiles between two places on an axis. A place on a common side may have data in either of its tiles.
-struct Span {
+struct RowSpan {
   std::int32_t first = 0, last = 0;
 };
-Span span_of(double from_deg, double to_deg, int level, std::int32_t count) {
+RowSpan span_of(double from_deg, double to_deg, int level, std::int32_t count) {
   const double tiles_a_degree = std::ldexp(1, level) / 180;
   const auto first = static_cast<std::int32_t>(std::ceil(from_deg * tiles_a_degree)) - 1;
   const auto last = static_cast<std::int32_t>(std::floor(to_deg * tiles_a_degree));
   return {std::clamp(first, 0, count - 1), std::clamp(last, 0, count - 1)};
 }
 
-void draw_level(const Terrain& terrain, int level, const PixelRows& rows, const PixelColumns& columns, const PixelWindow& window,
+void draw_level(const Terrain& terrain, int level, const PixelRows& rows, const PixelColumns& columns, const MapWindow& window,
                 double* out) {
   const auto& [west, east] = std::pair(columns.longitude_deg.front(), columns.longitude_deg.back());
   const auto& [north, south] = std::pair(rows.latitude_deg.front(), rows.latitude_deg.back());
-  const Span x = span_of(west + 180, east + 180, level, proto::tiles_across(level));
-  const Span y = span_of(south + 90, north + 90, level, proto::tiles_up(level));
+  const RowSpan x = span_of(west + 180, east + 180, level, proto::tiles_across(level));
+  const RowSpan y = span_of(south + 90, north + 90, level, proto::tiles_up(level));
   for (std::int32_t row = y.first; row <= y.last; ++row) {
     for (std::int32_t column = x.first; column <= x.last; ++column) {
       if (const auto mesh = terrain.mesh({level, column, row}))
@@ -68,15 +68,14 @@ void draw_level(const Terrain& terrain, int level, const PixelRows& rows, const 
 }
 
 /// Finest first: a pixel keeps the height that it gets first.
-void draw_run(const Terrain& terrain, const PixelRows& rows, const PixelColumns& columns, const PixelWindow& window,
-              double* out) {
+void draw_run(const Terrain& terrain, const PixelRows& rows, const PixelColumns& columns, const MapWindow& window, double* out) {
   for (int level = window.level; level >= terrain.coarsest_for(window.level); --level)
     draw_level(terrain, level, rows, columns, window, out);
 }
 
 /// Takes the geoid's height off wherever there is data: a grid of undulations is only near where data is.
 proto::Result<void> to_geoid(const Terrain& terrain, const PixelRows& rows, std::span<const double> longitude_deg,
-                             PixelWindow& window) {
+                             MapWindow& window) {
   const auto columns = static_cast<std::size_t>(window.columns);
   std::vector<double> undulation_m(columns);
   for (std::size_t r = 0; r < rows.latitude_deg.size(); ++r) {
@@ -97,7 +96,7 @@ proto::Result<void> to_geoid(const Terrain& terrain, const PixelRows& rows, std:
 
 }  // namespace
 
-proto::Result<void> draw_heights(const Terrain& terrain, PixelWindow& window) {
+proto::Result<void> draw_heights(const Terrain& terrain, MapWindow& window) {
   window.height_m.assign(static_cast<std::size_t>(window.columns) * static_cast<std::size_t>(window.rows),
                          std::numeric_limits<double>::quiet_NaN());
   const Columns columns = columns_of(window);

@@ -1,4 +1,4 @@
-#include "server/client/place.h"
+#include "server/client/service_address.h"
 
 #include <algorithm>
 #include <cstdlib>
@@ -24,14 +24,14 @@ bool is_loopback(const std::string& host) {
   return false;
 }
 
-proto::Result<Place> read_address(const std::string& text) {
+proto::Result<ServiceAddress> read_address(const std::string& text) {
   const Problem wrong = {"usage", "'" + text + "' is no address of a service",
                          "http://HOST:PORT or https://HOST:PORT, with a path before /v1 if a proxy adds one", "--server"};
   const std::size_t scheme = text.starts_with("http://") ? 7 : text.starts_with("https://") ? 8 : 0;
   const bool plain = std::all_of(text.begin(), text.end(), [](unsigned char c) { return c > ' ' && c < 127; });
   if (scheme == 0 || !plain || text.find_first_of("@?#\\") != text.npos) return wrong;
   const std::size_t path = text.find('/', scheme);
-  Place place;
+  ServiceAddress place;
   place.host = text.substr(0, path);
   if (place.host.size() == scheme) return wrong;
   if (path != text.npos) place.prefix = text.substr(path);
@@ -51,7 +51,7 @@ proto::Result<std::string> read_token_file(const std::string& path) {
   return line;
 }
 
-proto::Result<std::string> find_token(const PlaceWords& words) {
+proto::Result<std::string> find_token(const ServiceWords& words) {
   if (!words.token.empty()) {
     warn("others on this machine can see --token in the list of processes; CORDILLERA_TOKEN and --token-file keep it from them");
     return words.token;
@@ -64,7 +64,7 @@ proto::Result<std::string> find_token(const PlaceWords& words) {
 
 }  // namespace
 
-proto::Result<Place> find_place(const PlaceWords& words) {
+proto::Result<ServiceAddress> find_service(const ServiceWords& words) {
   std::string address = words.server.empty() ? variable("CORDILLERA_SERVER") : words.server;
   if (address.empty()) address = "http://127.0.0.1:8080";
   auto place = read_address(address);
