@@ -3,7 +3,7 @@
 // else:
 //   kName, kHelp    as the user writes it, and what it is
 //   kQuadrics       whether it wants the quadrics of vertices
-//   cost(), place() of an edge that is not gone; a cost is 0 or more
+//   cost(), place() of an edge that is not gone; a cost is 0 or more. AtMiddle has the place of most
 #include <cmath>
 #include <string>
 
@@ -16,15 +16,22 @@ CORDILLERA_HD inline Position mid_point(const Arrays& mesh, const Edge& edge) {
   return middle(mesh.vertex[edge.n[0]], mesh.vertex[edge.n[1]]);
 }
 
+/// Of metrics whose vertex goes to the mid-point.
+struct AtMiddle {
+  static constexpr bool kQuadrics = false;
+  CORDILLERA_HD static Position place(const Arrays& mesh, const Edge& edge) { return mid_point(mesh, edge); }
+};
+
+CORDILLERA_HD inline double quadrics_at(const Arrays& mesh, const Edge& edge, const Position& at) {
+  return value(sum(mesh.quadric[edge.n[0]], mesh.quadric[edge.n[1]]), mesh.origin, at);
+}
+
 /// Algorithms 1 and 2: the quadrics of both ends at the mid-point.
-struct QuadricAtMiddle {
+struct QuadricAtMiddle : AtMiddle {
   static constexpr const char* kName = "qem";
   static constexpr const char* kHelp = "quadric at the mid-point, as published";
   static constexpr bool kQuadrics = true;
-  CORDILLERA_HD static Position place(const Arrays& mesh, const Edge& edge) { return mid_point(mesh, edge); }
-  CORDILLERA_HD static double cost(const Arrays& mesh, const Edge& edge) {
-    return value(sum(mesh.quadric[edge.n[0]], mesh.quadric[edge.n[1]]), mesh.origin, place(mesh, edge));
-  }
+  CORDILLERA_HD static double cost(const Arrays& mesh, const Edge& edge) { return quadrics_at(mesh, edge, place(mesh, edge)); }
 };
 
 /// Equation 3.10; the mid-point where the matrix has no inverse to trust.
@@ -38,9 +45,7 @@ struct QuadricAtBest {
     const PlaneQuadric both = sum(mesh.quadric[edge.n[0]], mesh.quadric[edge.n[1]]);
     return least_near(both, mesh.origin, mid, dx * dx + dy * dy + dz * dz);
   }
-  CORDILLERA_HD static double cost(const Arrays& mesh, const Edge& edge) {
-    return value(sum(mesh.quadric[edge.n[0]], mesh.quadric[edge.n[1]]), mesh.origin, place(mesh, edge));
-  }
+  CORDILLERA_HD static double cost(const Arrays& mesh, const Edge& edge) { return quadrics_at(mesh, edge, place(mesh, edge)); }
 };
 
 CORDILLERA_HD inline double length_of(const Arrays& mesh, const Edge& edge) {
@@ -50,22 +55,18 @@ CORDILLERA_HD inline double length_of(const Arrays& mesh, const Edge& edge) {
 }
 
 /// Algorithm 3.
-struct EdgeLength {
+struct EdgeLength : AtMiddle {
   static constexpr const char* kName = "length";
   static constexpr const char* kHelp = "length of the edge";
-  static constexpr bool kQuadrics = false;
-  CORDILLERA_HD static Position place(const Arrays& mesh, const Edge& edge) { return mid_point(mesh, edge); }
   CORDILLERA_HD static double cost(const Arrays& mesh, const Edge& edge) { return length_of(mesh, edge); }
 };
 
 CORDILLERA_HD inline double bend(const Plane& p, const Plane& q) { return (1 - (p.a * q.a + p.b * q.b + p.c * q.c)) / 2; }
 
 /// Equation 3.11. It is for a collapse onto an end; both ends go here, so the dearer way counts.
-struct Melax {
+struct Melax : AtMiddle {
   static constexpr const char* kName = "melax";
   static constexpr const char* kHelp = "length times curvature";
-  static constexpr bool kQuadrics = false;
-  CORDILLERA_HD static Position place(const Arrays& mesh, const Edge& edge) { return mid_point(mesh, edge); }
   CORDILLERA_HD static double cost(const Arrays& mesh, const Edge& edge) {
     const double there = curvature(mesh, edge, edge.n[0]), back = curvature(mesh, edge, edge.n[1]);
     return length_of(mesh, edge) * (there > back ? there : back);
@@ -87,11 +88,9 @@ struct Melax {
 };
 
 /// Section 3.2.1: the angle between the two triangles.
-struct DihedralAngle {
+struct DihedralAngle : AtMiddle {
   static constexpr const char* kName = "angle";
   static constexpr const char* kHelp = "angle between the edge's triangles";
-  static constexpr bool kQuadrics = false;
-  CORDILLERA_HD static Position place(const Arrays& mesh, const Edge& edge) { return mid_point(mesh, edge); }
   CORDILLERA_HD static double cost(const Arrays& mesh, const Edge& edge) {
     const double angle = edge.b[0] < 0 ? 1 : bend(plane_of(mesh, edge.a[0] / 3), plane_of(mesh, edge.b[0] / 3));
     return angle > 0 ? angle : 0;
@@ -99,11 +98,9 @@ struct DihedralAngle {
 };
 
 /// Ours, for height fields: how far above or below the planes around it the mid-point lies, at most.
-struct VerticalDistance {
+struct VerticalDistance : AtMiddle {
   static constexpr const char* kName = "vertical";
   static constexpr const char* kHelp = "greatest vertical distance from the planes around";
-  static constexpr bool kQuadrics = false;
-  CORDILLERA_HD static Position place(const Arrays& mesh, const Edge& edge) { return mid_point(mesh, edge); }
   CORDILLERA_HD static double cost(const Arrays& mesh, const Edge& edge) {
     const Position at = place(mesh, edge);
     double most = 0;

@@ -35,12 +35,6 @@ class PoolMaker {
   const std::uint32_t* data() const { return number_.data(); }
 
  private:
-  template <class T>
-  T* room(Array<T>& array, std::size_t count) {
-    array.reserve(std::max<std::size_t>(count, 1));
-    return array.data();
-  }
-
   std::uint32_t chosen(const Arrays& mesh, const Options& options, std::uint64_t* key, std::uint32_t* number) {
     const auto wanted = static_cast<std::uint32_t>(std::ceil(options.pool * mesh.edges));
     switch (options.selection) {

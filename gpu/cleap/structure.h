@@ -1,12 +1,21 @@
 #pragma once
 // The Cleap arrays (sections 2.3 and 4.2): vertices, triangles and edges that know each other, the table of the triangles at a
 // vertex, and the arrays beside them. Numbers are signed: -1 is nobody, as in the text.
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 
 #include "proto/host_device.h"
 
 namespace cordillera::gpu::cleap {
+
+/// The elements of an array of a device, which has room for so many of them.
+template <class Array>
+auto* room(Array& array, std::size_t count) {
+  array.reserve(std::max<std::size_t>(count, 1));
+  return array.data();
+}
 
 /// A vertex. One that is gone is (INF, heir, heir): the forwarding mark of section 4.6.1. Doubles hold any heir exactly.
 struct Position {

@@ -56,11 +56,6 @@ class Windows {
   static constexpr std::uint32_t kMostAhead = 64;
   enum Phase { kLoad, kLock, kTest, kCount, kEliminate, kTriangles, kEdges, kConnect, kAround, kPhases };
 
-  template <class T>
-  T* room(Array<T>& array, std::size_t count) {
-    array.reserve(std::max<std::size_t>(count, 1));
-    return array.data();
-  }
   void make_room(std::uint32_t width) {
     room(fate_, width);
     room(edge_, width);

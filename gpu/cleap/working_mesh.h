@@ -132,11 +132,6 @@ class WorkingMesh {
     return mesh;
   }
 
-  template <class T>
-  T* room(Array<T>& array, std::size_t count) {
-    array.reserve(std::max<std::size_t>(count, 1));
-    return array.data();
-  }
   /// Until all steps are done.
   void wait() {
     std::uint32_t nothing = 0;
