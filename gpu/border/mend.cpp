@@ -89,10 +89,6 @@ class Mender {
     return fill_any(star, diagonals) == Filled::yes && spares_rims(v, star, diagonals);
   }
 
-  static std::int64_t twice_area(const Polygon& p, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    return (p.x[b] - p.x[a]) * (p.y[c] - p.y[a]) - (p.y[b] - p.y[a]) * (p.x[c] - p.x[a]);
-  }
-
   // Does what is published end where it did before, but for what rims may move? By area over the star's width, and what was
   // published around a vertex with data stays so to the line between the ends of its rim: without that, a slit as long as the
   // star is wide would do.
@@ -215,22 +211,28 @@ class Mender {
     return bx * cy - by * cx > 0;
   }
 
+  // The other end of the edge from a to the k-th of its ring, and the corners opposite.
+  struct OfEdge {
+    std::uint32_t b, c, d;
+  };
+  OfEdge of_edge(std::uint32_t a, std::uint32_t k) const {
+    const auto ring = rings_.ring(a);
+    const auto count = static_cast<std::uint32_t>(ring.size());
+    return {ring[k], ring[(k + 1) % count], ring[(k + count - 1) % count]};
+  }
+
   // May the edge from a to the k-th of its ring become the other diagonal of its two triangles? Not if other area would be
   // published.
   bool may_flip(std::uint32_t a, std::uint32_t k) const {
-    const auto ring = rings_.ring(a);
-    const auto count = static_cast<std::uint32_t>(ring.size());
-    if (rings_.open[a] && (k == 0 || k + 1 == count)) return false;
-    const std::uint32_t b = ring[k], c = ring[(k + 1) % count], d = ring[(k + count - 1) % count];
+    if (rings_.open[a] && (k == 0 || k + 1 == rings_.ring(a).size())) return false;
+    const auto [b, c, d] = of_edge(a, k);
     if (!positive(a, d, c) || !positive(d, b, c)) return false;
     if (rings_.valence[c] >= cap(c) || rings_.valence[d] >= cap(d)) return false;
     return int{is_void(a)} + int{is_void(b)} + int{is_void(c)} + int{is_void(d)} != 1;
   }
   bool flip(std::uint32_t a, std::uint32_t k) {
     if (!may_flip(a, k)) return false;
-    const auto ring = rings_.ring(a);
-    const auto count = static_cast<std::uint32_t>(ring.size());
-    const std::uint32_t b = ring[k], c = ring[(k + 1) % count], d = ring[(k + count - 1) % count];
+    const auto [b, c, d] = of_edge(a, k);
     put(a, b, {});
     put(b, a, {});
     const std::array<std::uint32_t, 2> at_c{a, d}, at_d{b, c};  // c sees a, then b; d sees b, then a
@@ -241,9 +243,7 @@ class Mender {
 
   // How far apart the two diagonals of the quadrilateral around an edge are where they cross in plan, in height steps.
   double apart(std::uint32_t a, std::uint32_t k) const {
-    const auto ring = rings_.ring(a);
-    const auto count = static_cast<std::uint32_t>(ring.size());
-    const std::uint32_t b = ring[k], c = ring[(k + 1) % count], d = ring[(k + count - 1) % count];
+    const auto [b, c, d] = of_edge(a, k);
     if (is_void(a) || is_void(b) || is_void(c) || is_void(d)) return 0;  // nobody sees it
     const auto cross = [&](std::uint32_t p, std::uint32_t q, std::uint32_t r) {
       const double qx = mesh_.x[q] - mesh_.x[p], qy = mesh_.y[q] - mesh_.y[p];

@@ -7,9 +7,7 @@ namespace {
 
 constexpr int kMostSteps = 4000;
 
-bool positive(const Polygon& p, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-  return (p.x[b] - p.x[a]) * (p.y[c] - p.y[a]) - (p.y[b] - p.y[a]) * (p.x[c] - p.x[a]) > 0;
-}
+bool positive(const Polygon& p, std::uint32_t a, std::uint32_t b, std::uint32_t c) { return twice_area(p, a, b, c) > 0; }
 
 // What is still to be filled: the part of the polygon between two of its vertices, on the inner side of the line that joins them.
 struct PolygonPart {

@@ -14,6 +14,11 @@ struct Polygon {
   std::array<std::int32_t, kRowWidth> budget{};  ///< how many diagonals may end here
 };
 
+/// Of three of its vertices; positive when counter-clockwise.
+inline std::int64_t twice_area(const Polygon& p, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+  return (p.x[b] - p.x[a]) * (p.y[c] - p.y[a]) - (p.y[b] - p.y[a]) * (p.x[c] - p.x[a]);
+}
+
 struct Diagonal {
   std::uint8_t from = 0, to = 0;
 };
