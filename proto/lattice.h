@@ -36,7 +36,9 @@ struct Lattice {
   std::int64_t rows() const { return std::int64_t{kTileCells} << finest_level; }
   double cell_deg() const { return 180.0 / static_cast<double>(rows()); }
   /// Longitude of column i in degrees; i may lie outside [0, columns()), the result then lies outside [-180, 180].
-  double longitude_deg(std::int64_t i) const { return -180.0 + 360.0 * static_cast<double>(i) / static_cast<double>(columns()); }
+  double longitude_deg(std::int64_t i) const { return longitude_at_deg(static_cast<double>(i)); }
+  /// And of a place between them.
+  double longitude_at_deg(double i) const { return -180.0 + 360.0 * i / static_cast<double>(columns()); }
   /// Latitude of row j in degrees, j = 0 at the south pole.
   double latitude_deg(std::int64_t j) const { return -90.0 + 180.0 * static_cast<double>(j) / static_cast<double>(rows()); }
 

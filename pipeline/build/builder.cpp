@@ -21,7 +21,9 @@
 namespace cordillera::pipeline {
 namespace {
 
-constexpr std::int64_t kStripRows = 128;  // of a block's samples, read by one worker at a time
+// Rows of a block's samples that one worker reads at a time. The higher a strip, the less is read twice: each looks 13 rows
+// around it. But every worker should have one.
+constexpr std::int64_t kStripRows = 128, kMostStripRows = 320;
 
 constexpr double kReadShare = 0.2,
                  kFinestShare = 0.75;    // of a block's time, until its samples are read and its finest level is built
@@ -155,11 +157,12 @@ proto::Result<void> Builder::read_into(const raster::Source::Window& window, pro
   std::mutex mutex;
   std::optional<proto::Problem> problem;
   std::atomic<bool> failed{false};  // a damaged file may take long to say so: once is enough
-  const auto strips = static_cast<std::size_t>((rows + kStripRows - 1) / kStripRows);
-  workers_.each(strips, [&](std::size_t strip, unsigned worker) {
+  const std::int64_t strip_rows = std::clamp<std::int64_t>(rows / workers_.threads(), kStripRows, kMostStripRows);
+  const std::int64_t strips = (rows + strip_rows - 1) / strip_rows;
+  workers_.each(static_cast<std::size_t>(strips), [&](std::size_t strip, unsigned worker) {
     if (stop_ || failed) return;
-    const std::int64_t from = static_cast<std::int64_t>(strip) * kStripRows;
-    const auto high = static_cast<std::int32_t>(std::min<std::int64_t>(kStripRows, rows - from));
+    const std::int64_t from = rows * static_cast<std::int64_t>(strip) / strips;
+    const auto high = static_cast<std::int32_t>(rows * static_cast<std::int64_t>(strip + 1) / strips - from);
     const auto part =
         sources_[worker]->sample(lattice_, window.west, window.south + from, static_cast<std::int32_t>(columns), high);
     if (!part.ok()) {

@@ -13,6 +13,7 @@
 #include <sstream>
 
 #include "proto/paths.h"
+#include "proto/wide.h"
 
 namespace cordillera::raster {
 namespace {
@@ -54,6 +55,23 @@ std::shared_ptr<const Pgm> pgm_around(const fs::path& path, double points_a_degr
   return grid;
 }
 
+/// A cubic polynomial through its values at 1/8, 3/8, 5/8 and 7/8 of a cell, in Newton's form.
+struct Cubic {
+  double f0 = 0, d1 = 0, d2 = 0, d3 = 0;
+  Cubic() = default;
+  explicit Cubic(const double (&f)[4])
+      : f0(f[0]), d1(f[1] - f[0]), d2((f[2] - 2 * f[1] + f[0]) / 2), d3((f[3] - 3 * (f[2] - f[1]) - f[0]) / 6) {}
+};
+
+CORDILLERA_WIDE void put_cubic(const Cubic& fit, std::span<const double> longitude_deg, double points_a_degree, double cell,
+                               double* out) {
+  const double f0 = fit.f0, d1 = fit.d1, d2 = fit.d2, d3 = fit.d3;
+  for (std::size_t k = 0; k < longitude_deg.size(); ++k) {
+    const double s = 4 * (longitude_deg[k] * points_a_degree - cell) - 0.5;
+    out[k] = f0 + s * (d1 + (s - 1) * (d2 + (s - 2) * d3));
+  }
+}
+
 class PgmGeoid : public Geoid {
  public:
   /// columns: points around the globe.
@@ -66,10 +84,12 @@ class PgmGeoid : public Geoid {
   void along_parallel(double latitude_deg, std::span<const double> longitude_deg, double* out) const override {
     for (std::size_t from = 0; from < longitude_deg.size();) {
       const double cell = std::floor(longitude_deg[from] * points_a_degree_);
-      std::size_t to = from + 1;
-      while (to < longitude_deg.size() && std::floor(longitude_deg[to] * points_a_degree_) == cell) ++to;
-      in_cell(latitude_deg, cell, longitude_deg.subspan(from, to - from), out + from);
-      from = to;
+      const auto rest = longitude_deg.subspan(from);
+      const auto next =
+          std::partition_point(rest.begin(), rest.end(), [&](double at) { return at * points_a_degree_ < cell + 1; });
+      const auto count = static_cast<std::size_t>(next - rest.begin());
+      in_cell(latitude_deg, cell, rest.first(count), out + from);
+      from += count;
     }
   }
 
@@ -79,21 +99,28 @@ class PgmGeoid : public Geoid {
     constexpr std::size_t kFewPoints = 8;
     constexpr double kRim = 1e-9;  // in cells: which of two cells a point on their border falls into is for the library to say
     if (longitude_deg.size() < kFewPoints) return Geoid::along_parallel(latitude_deg, longitude_deg, out);
-    double f[4];
-    for (int k = 0; k < 4; ++k) f[k] = (*geoid_)(latitude_deg, (cell + (2 * k + 1) / 8.0) / points_a_degree_);
-    // Newton's form over the points 0, 1, 2, 3.
-    const double d1 = f[1] - f[0], d2 = (f[2] - 2 * f[1] + f[0]) / 2, d3 = (f[3] - 3 * (f[2] - f[1]) - f[0]) / 6;
-    for (std::size_t k = 0; k < longitude_deg.size(); ++k) {
-      const double s = 4 * (longitude_deg[k] * points_a_degree_ - cell) - 0.5;
-      out[k] = f[0] + s * (d1 + (s - 1) * (d2 + (s - 2) * d3));
-    }
+    put_cubic(along_cell(latitude_deg, cell), longitude_deg, points_a_degree_, cell, out);
     for (const std::size_t k : {std::size_t{0}, longitude_deg.size() - 1}) {
       const double across = longitude_deg[k] * points_a_degree_ - cell;
       if (across < kRim || across > 1 - kRim) out[k] = (*geoid_)(latitude_deg, longitude_deg[k]);
     }
   }
 
+  /// The same parallels are asked about again, for pixels and for what lies beside.
+  const Cubic& along_cell(double latitude_deg, double cell) const {
+    constexpr std::size_t kMostKept = 4096;
+    if (kept_.size() >= kMostKept) kept_.clear();
+    const auto [at, is_new] = kept_.try_emplace({latitude_deg, cell});
+    if (is_new) {
+      double f[4];
+      for (int k = 0; k < 4; ++k) f[k] = (*geoid_)(latitude_deg, (cell + (2 * k + 1) / 8.0) / points_a_degree_);
+      at->second = Cubic(f);
+    }
+    return at->second;
+  }
+
   std::shared_ptr<const Pgm> geoid_;
+  mutable std::map<std::pair<double, double>, Cubic> kept_;  ///< by latitude and cell
   double points_a_degree_;
 };
 

@@ -114,7 +114,8 @@ void Photo::place(Call& call) const {
   while (end > first && !reaches(call.lattice, west + end - 1)) --end;
   if (first == end) return;
   std::vector<double> x(static_cast<std::size_t>(end - first)), y(x.size());
-  LatticePlaces places(placement_, call.lattice, west + first, end - first);
+  patch::KnownPatches known;
+  LatticePlaces places(placement_, call.lattice, west + first, end - first, known);
   const int period = placement_.period_px();
   const auto within = [](double at, int pixels) { return at >= -kRim_px && at <= pixels + kRim_px; };
   for (std::int32_t r = 0; r < rows; ++r) {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "proto/mesh.h"
+#include "proto/wide.h"
 #include "raster/gdal/gdal_scope.h"
 
 namespace cordillera::raster {
@@ -14,13 +15,25 @@ constexpr double kVoid = std::numeric_limits<double>::quiet_NaN();
 
 std::int64_t floor_div(std::int64_t a, std::int64_t b) { return a >= 0 ? a / b : -((b - 1 - a) / b); }
 
+/// In place: raw values -> metres. instead: of what is no height.
+CORDILLERA_WIDE void to_heights(double factor, double offset_m, const Validity& valid, double instead, double* __restrict line,
+                                std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const double height_m = factor * line[i] + offset_m;
+    line[i] = valid(line[i]) & (std::abs(height_m) <= proto::kMaxHeight_m) ? height_m : instead;
+  }
+}
+
 }  // namespace
 
 Pixels::Pixels(const Dataset& dataset, const HeightRule& rule, int period)
     : dataset_(dataset), rule_(rule), period_(period), validity_(dataset) {}
 
 proto::Result<void> Pixels::read(const PixelWindow& window, std::vector<double>& heights) {
-  heights.assign(static_cast<std::size_t>(window.columns) * window.rows, kVoid);
+  heights.resize(static_cast<std::size_t>(window.columns) * window.rows);
+  const bool inside =
+      window.x >= 0 && window.y >= 0 && window.x + window.columns <= dataset_.columns && window.y + window.rows <= dataset_.rows;
+  if (!inside || period_ != 0 || !dataset_.missing.empty()) std::fill(heights.begin(), heights.end(), kVoid);
   if (period_ == 0) return read_inside(window, window, 0, heights);
   // Columns 0 .. period-1 repeat around the earth; a duplicated last column of a grid-registered raster is never read.
   const std::int64_t first = floor_div(window.x, period_), last = floor_div(window.x + window.columns - 1, period_);
@@ -102,13 +115,11 @@ proto::Result<void> Pixels::read_stored(const PixelWindow& part, double* out, st
 
 void Pixels::to_metres(double* line, const std::uint8_t* mask, std::size_t count) const {
   const double instead = rule_.voids == VoidRule::value ? rule_.void_height_m : kVoid;
-  for (std::size_t i = 0; i < count; ++i) {
-    double raw = line[i];
-    if (dataset_.signed_byte && raw > 127) raw -= 256;
-    const double height = rule_.scale * raw + rule_.offset_m;
-    const bool valid = validity_(raw) && (mask == nullptr || mask[i] != 0) && std::abs(height) <= proto::kMaxHeight_m;
-    line[i] = valid ? height : instead;
-  }
+  for (std::size_t i = 0; dataset_.signed_byte && i < count; ++i)
+    if (line[i] > 127) line[i] -= 256;
+  to_heights(rule_.scale, rule_.offset_m, validity_, instead, line, count);
+  for (std::size_t i = 0; mask != nullptr && i < count; ++i)
+    if (mask[i] == 0) line[i] = instead;
 }
 
 bool Pixels::block_missing(std::int64_t block_x, std::int64_t block_y) const {

@@ -12,8 +12,8 @@ class Validity {
   explicit Validity(const Dataset& dataset);
 
   bool operator()(double raw) const {
-    if (!(raw > -kSentinel && raw < kSentinel)) return false;  // NaN, infinities, +-3.4e38
-    return !declared_.holds(raw) && !asked_.holds(raw);
+    // NaN, infinities and +-3.4e38 are beyond a sentinel. No branches: this is asked of every pixel.
+    return (raw > -kSentinel) & (raw < kSentinel) & !declared_.holds(raw) & !asked_.holds(raw);
   }
   /// For the manifest: "value -9999", "mask band", "none", ...
   const std::string& text() const { return text_; }
@@ -24,7 +24,7 @@ class Validity {
   /// A value, and what it may be rounded to. Empty: no such value.
   struct ValueRange {
     double low = 1, high = 0;
-    bool holds(double raw) const { return raw >= low && raw <= high; }
+    bool holds(double raw) const { return (raw >= low) & (raw <= high); }
   };
   static ValueRange around(double value, GDALDataType type);
 

@@ -10,15 +10,13 @@ namespace {
 
 constexpr double kAllowed_px = kPlaceError_px / 16;
 
-using patch::along_row;
-using patch::kWeights;
-using patch::weighted;
 using proto::modulo;
 
 }  // namespace
 
-LatticePlaces::LatticePlaces(const Placement& placement, const proto::Lattice& lattice, std::int64_t west, std::int32_t columns)
-    : placement_(placement), lattice_(lattice), west_(modulo(west, lattice.columns())), columns_(columns) {}
+LatticePlaces::LatticePlaces(const Placement& placement, const proto::Lattice& lattice, std::int64_t west, std::int32_t columns,
+                             patch::KnownPatches& known)
+    : placement_(placement), lattice_(lattice), west_(modulo(west, lattice.columns())), columns_(columns), known_(known) {}
 
 void LatticePlaces::exact(std::int64_t i, std::int64_t j, std::int32_t count, double* x, double* y) const {
   for (std::int32_t c = 0; c < count; ++c) x[c] = lattice_.longitude_deg(modulo(i + c, lattice_.columns()));
@@ -44,20 +42,17 @@ void LatticePlaces::row(std::int64_t j, double* x, double* y) {
     band_row_ = row;
     band_.clear();
     const std::int64_t last = (west_ + columns_ - 1) / patch::kCells;
-    for (std::int64_t column = first; column <= last; ++column) band_.push_back(make(column % around, row));
+    const auto from_nodes = [this](std::int64_t c, std::int64_t r) { return make(c, r); };
+    for (std::int64_t column = first; column <= last; ++column)
+      band_.push_back(known_.at(lattice_.finest_level, column % around, row, from_nodes));
   }
-  const patch::Weights& up = kWeights[j - patch::kCells * row];
   for (std::int32_t c = 0; c < columns_;) {
     const std::int64_t i = west_ + c;
     const auto within = static_cast<std::int32_t>(i % patch::kCells);
     const std::int32_t count = std::min(patch::kCells - within, columns_ - c);
     const Patch& here = band_[static_cast<std::size_t>(i / patch::kCells - first)];
     if (here.smooth) {
-      const auto line_x = along_row(here.x, up), line_y = along_row(here.y, up);
-      for (std::int32_t k = 0; k < count; ++k) {
-        x[c + k] = weighted(kWeights[within + k], line_x);
-        y[c + k] = weighted(kWeights[within + k], line_y);
-      }
+      here.places(static_cast<int>(j - patch::kCells * row), within, count, x + c, y + c);
     } else {
       exact(i, j, count, x + c, y + c);
     }

@@ -28,8 +28,10 @@ inline constexpr double kPlaceError_px = 1e-3;
 
 class LatticePlaces {
  public:
-  /// For `columns` vertices of a row, from column `west` eastward, modulo the circle. Both references must outlive it.
-  LatticePlaces(const Placement& placement, const proto::Lattice& lattice, std::int64_t west, std::int32_t columns);
+  /// For `columns` vertices of a row, from column `west` eastward, modulo the circle. All references must outlive it; known: of
+  /// this placement's lattice places alone.
+  LatticePlaces(const Placement& placement, const proto::Lattice& lattice, std::int64_t west, std::int32_t columns,
+                patch::KnownPatches& known);
 
   /// Pixel columns x and rows y, as Placement::to_pixels has them, of the vertices of row j, which is no pole. A vertex's place
   /// does not depend on west and columns. Rows are best asked for in order: one row of patches is kept.
@@ -45,6 +47,7 @@ class LatticePlaces {
   const proto::Lattice& lattice_;
   std::int64_t west_;
   std::int32_t columns_;
+  patch::KnownPatches& known_;
   std::int64_t band_row_ = -1;  ///< of the patches that are kept
   std::vector<Patch> band_;     ///< eastward from the patch that holds west_
 };

@@ -3,13 +3,16 @@
 // why that is near enough.
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <map>
 #include <span>
+#include <tuple>
 
 namespace cordillera::raster::patch {
 
 inline constexpr int kCells = 64, kDegree = 4, kNodes = kDegree + 1, kStride = kCells / kDegree;
 
-/// What each of the five nodes counts for at a step, by its distance from the patch's first node.
+/// What each of the five nodes counts for at a step, by the step's distance from the patch's first node.
 using Weights = std::array<double, kNodes>;
 constexpr Weights weights_at(int cells) {
   Weights weights{};
@@ -48,8 +51,27 @@ inline std::array<double, kNodes> along_row(const Nodes& nodes, const Weights& r
 struct Patch {
   bool smooth = false;  ///< the polynomials are near enough everywhere
   Nodes x{}, y{};
+  /// Places of count steps of a row, from step `first` on.
+  void places(int row, int first, int count, double* to_x, double* to_y) const;
   /// From the places of 5 x 5 nodes and then of 4 x 4 points half way between them, by rows.
   Patch(std::span<const double> all_x, std::span<const double> all_y, double allowed);
+};
+
+/// Patches that were asked for lately: neighbouring windows share them. Of one placement, and not thread-safe.
+class KnownPatches {
+ public:
+  template <class Make>
+  const Patch& at(int level, std::int64_t column, std::int64_t row, const Make& make) {
+    const auto key = std::tuple(level, column, row);
+    auto found = known_.find(key);
+    if (found != known_.end()) return found->second;
+    if (known_.size() >= kMost) known_.clear();
+    return known_.emplace(key, make(column, row)).first->second;
+  }
+
+ private:
+  static constexpr std::size_t kMost = 2048;  // 0.9 MB
+  std::map<std::tuple<int, std::int64_t, std::int64_t>, Patch> known_;
 };
 
 /// For every place to be asked about, column and row in steps from the patch's first node, in the order that Patch() wants.

@@ -15,8 +15,9 @@ double stepped(double cells) {
 
 }  // namespace
 
-PixelPlaces::PixelPlaces(const Placement& placement, const proto::Lattice& lattice, std::int64_t first, std::int32_t columns)
-    : placement_(placement), lattice_(lattice), first_(first), columns_(columns) {}
+PixelPlaces::PixelPlaces(const Placement& placement, const proto::Lattice& lattice, std::int64_t first, std::int32_t columns,
+                         patch::KnownPatches& known)
+    : placement_(placement), lattice_(lattice), first_(first), columns_(columns), known_(known) {}
 
 void PixelPlaces::to_lattice(double* x, double* y, std::size_t count) const {
   placement_.to_degrees(x, y, count);
@@ -51,21 +52,17 @@ void PixelPlaces::row(std::int64_t j, double* x, double* y) {
     if (row != band_row_) {
       band_row_ = row;
       band_.clear();
+      const auto from_nodes = [this](std::int64_t c, std::int64_t r) { return make(c, r); };
       for (std::int64_t column = first; column <= (first_ + columns_ - 1) / patch::kCells; ++column)
-        band_.push_back(make(column, row));
+        band_.push_back(known_.at(lattice_.finest_level, column, row, from_nodes));
     }
-    const patch::Weights& down = patch::kWeights[static_cast<std::size_t>(j % patch::kCells)];
     for (std::int32_t c = 0; c < columns_;) {
       const std::int64_t i = first_ + c;
       const auto within = static_cast<std::int32_t>(i % patch::kCells);
       const std::int32_t count = std::min(patch::kCells - within, columns_ - c);
       const patch::Patch& here = band_[static_cast<std::size_t>(i / patch::kCells - first)];
       if (here.smooth) {
-        const auto line_x = patch::along_row(here.x, down), line_y = patch::along_row(here.y, down);
-        for (std::int32_t k = 0; k < count; ++k) {
-          x[c + k] = patch::weighted(patch::kWeights[static_cast<std::size_t>(within + k)], line_x);
-          y[c + k] = patch::weighted(patch::kWeights[static_cast<std::size_t>(within + k)], line_y);
-        }
+        here.places(static_cast<int>(j % patch::kCells), within, count, x + c, y + c);
       } else {
         exact(i, j, count, x + c, y + c);
       }

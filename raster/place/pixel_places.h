@@ -13,8 +13,9 @@ namespace cordillera::raster {
 
 class PixelPlaces {
  public:
-  /// For `columns` pixels of a row, from `first` on. Both references must outlive it.
-  PixelPlaces(const Placement& placement, const proto::Lattice& lattice, std::int64_t first, std::int32_t columns);
+  /// For `columns` pixels of a row, from `first` on. All references must outlive it; known: of this placement's pixels alone.
+  PixelPlaces(const Placement& placement, const proto::Lattice& lattice, std::int64_t first, std::int32_t columns,
+              patch::KnownPatches& known);
 
   /// Lattice columns x, in any turn, and rows y of the centres of pixel row j; NaN where they have no place on the earth. A
   /// pixel's place does not depend on first and columns. Rows are best asked for in order: one row of patches is kept.
@@ -29,6 +30,7 @@ class PixelPlaces {
   const proto::Lattice& lattice_;
   std::int64_t first_;
   std::int32_t columns_;
+  patch::KnownPatches& known_;
   std::int64_t band_row_ = -1;      ///< of the patches that are kept
   std::vector<patch::Patch> band_;  ///< eastward from the patch that holds first_
 };

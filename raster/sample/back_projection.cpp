@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "proto/ellipsoid.h"
 #include "proto/mesh.h"
+#include "proto/wide.h"
 #include "raster/pixels/decimation.h"
 
 namespace cordillera::raster {
@@ -29,97 +31,126 @@ struct Hold {
   std::array<double, 3> weight{};
   double height_m = 0;
   double within_m = 0;
-  double share = 0;  ///< of the residual: step over the sum of squared weights, each times the pixels of its vertex
+  double share = -1;  ///< of the residual, once it was asked for
 };
 
-/// A window of samples on its way.
+/// What did not move comes out as it went in, voids too.
+CORDILLERA_WIDE void put_back(const double* height_m, std::size_t count, std::int32_t* height) {
+  for (std::size_t k = 0; k < count; ++k)
+    height[k] = static_cast<std::int32_t>(std::nearbyint(height_m[k] / proto::kHeightStep_m));
+}
+
+/// A window of samples on its way. Most pixels are near enough from the start: those that are not, and then those beside vertices
+/// that moved, are all that a round looks at.
 class Sheet {
  public:
-  Sheet(const proto::Lattice& lattice, proto::Samples& samples, double within_m)
+  Sheet(const proto::Lattice& lattice, proto::Samples& samples, const std::vector<PixelPoint>& pixels, double within_m)
       : lattice_(lattice),
         samples_(samples),
         within_m_(within_m),
+        south_pole_end_(samples.south <= 0 ? static_cast<std::size_t>(samples.columns) : 0),
+        north_pole_begin_(samples.height.size() -
+                          (samples.south + samples.rows > lattice.rows() ? static_cast<std::size_t>(samples.columns) : 0)),
         height_m_(samples.height.size()),
-        pixels_(height_m_.size(), 0),
-        moved_(height_m_.size(), 1) {
-    for (std::size_t k = 0; k < height_m_.size(); ++k) height_m_[k] = is_void(k) ? 0 : samples.height[k] * proto::kHeightStep_m;
-  }
-
-  void hold(const std::vector<PixelPoint>& pixels) {
+        held_by_(height_m_.size(), 0),
+        sums_(height_m_.size(), 0),
+        moved_(height_m_.size(), 0) {
+    for (std::size_t k = 0; k < height_m_.size(); ++k) height_m_[k] = samples.height[k] * proto::kHeightStep_m;
     holds_.reserve(pixels.size());
+    cells_.reserve(pixels.size());
     for (const PixelPoint& pixel : pixels) hold(pixel);
-    for (Hold& h : holds_) {
-      double sum = 0;
-      for (std::size_t k = 0; k < 3; ++k) {
-        if (moves(h.vertex[k])) sum += static_cast<double>(pixels_[h.vertex[k]]) * (h.weight[k] * h.weight[k]);
-      }
-      h.share = sum > 0 ? kStep / sum : 0;
-    }
   }
 
-  /// Pixels around which nothing moved in the round before are as near as they were.
-  void round() {
-    std::vector<std::int64_t> sums(height_m_.size(), 0);
-    for (const Hold& h : holds_) {
-      if ((moved_[h.vertex[0]] | moved_[h.vertex[1]] | moved_[h.vertex[2]]) == 0) continue;
-      const double surface_m =
-          h.weight[0] * height_m_[h.vertex[0]] + h.weight[1] * height_m_[h.vertex[1]] + h.weight[2] * height_m_[h.vertex[2]];
-      const double missing_m = h.height_m - surface_m;
-      if (std::abs(missing_m) <= h.within_m * (1 + kGraceShare)) continue;
-      const double grains = (missing_m - std::copysign(h.within_m, missing_m)) * h.share * kGrain;
-      for (std::size_t k = 0; k < 3; ++k) sums[h.vertex[k]] += std::llrint(h.weight[k] * grains);
+  void project() {
+    if (far_off_.empty()) return;
+    for (const std::uint32_t p : far_off_) spread(holds_[p]);
+    for (int round = 1; !touched_.empty(); ++round) {
+      move_touched();
+      if (round < kRounds) spread_beside_moved();
     }
-    for (std::size_t k = 0; k < sums.size(); ++k) {
-      moved_[k] = sums[k] != 0 && moves(k) ? 1 : 0;
-      if (moved_[k] != 0)
-        height_m_[k] =
-            std::clamp(height_m_[k] + static_cast<double>(sums[k]) / kGrain, -proto::kMaxHeight_m, proto::kMaxHeight_m);
-    }
-  }
-
-  void put_back() {
-    for (std::size_t k = 0; k < height_m_.size(); ++k) {
-      if (pixels_[k] > 0 && moves(k))
-        samples_.height[k] = static_cast<std::int32_t>(std::nearbyint(height_m_[k] / proto::kHeightStep_m));
-    }
+    put_back(height_m_.data(), height_m_.size(), samples_.height.data());
   }
 
  private:
   bool is_void(std::size_t k) const { return samples_.height[k] == proto::kNoHeight; }
   bool moves(std::size_t k) const {
-    const std::int64_t row = samples_.south + static_cast<std::int64_t>(k) / samples_.columns;
-    return (samples_.flat_water[k] & proto::kFlatWater) == 0 && row > 0 && row < lattice_.rows();
+    return (samples_.flat_water[k] & proto::kFlatWater) == 0 && k >= south_pole_end_ && k < north_pole_begin_;
+  }
+
+  double missing_m(const Hold& h) const {
+    const double surface_m =
+        h.weight[0] * height_m_[h.vertex[0]] + h.weight[1] * height_m_[h.vertex[1]] + h.weight[2] * height_m_[h.vertex[2]];
+    return h.height_m - surface_m;
+  }
+  bool is_far_off(const Hold& h) const { return std::abs(missing_m(h)) > h.within_m * (1 + kGraceShare); }
+
+  /// The step over the sum of squared weights, each times the pixels of its vertex.
+  double share_of(const Hold& h) const {
+    double squares = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (moves(h.vertex[k])) squares += static_cast<double>(held_by_[h.vertex[k]]) * (h.weight[k] * h.weight[k]);
+    }
+    return squares > 0 ? kStep / squares : 0;
+  }
+
+  void spread(Hold& h) {
+    if (h.share < 0) h.share = share_of(h);
+    const double far_m = missing_m(h);
+    const double grains = (far_m - std::copysign(h.within_m, far_m)) * h.share * kGrain;
+    for (std::size_t k = 0; k < 3; ++k) {
+      sums_[h.vertex[k]] += std::llrint(h.weight[k] * grains);
+      touched_.push_back(h.vertex[k]);
+    }
+  }
+
+  void move_touched() {
+    for (const std::uint32_t k : last_moved_) moved_[k] = 0;
+    last_moved_.clear();
+    for (const std::uint32_t k : touched_) {
+      const std::int64_t sum = std::exchange(sums_[k], 0);  // what was touched twice is done with the first time
+      if (sum == 0 || !moves(k)) continue;
+      height_m_[k] = std::clamp(height_m_[k] + static_cast<double>(sum) / kGrain, -proto::kMaxHeight_m, proto::kMaxHeight_m);
+      moved_[k] = 1;
+      last_moved_.push_back(k);
+    }
+    touched_.clear();
+  }
+
+  /// Pixels around which nothing moved in the last round are as near as they were.
+  void spread_beside_moved() {
+    if (last_moved_.empty()) return;
+    const auto up = static_cast<std::size_t>(samples_.columns);
+    for (std::size_t p = 0; p < cells_.size(); ++p) {
+      const std::uint8_t* const corner = moved_.data() + cells_[p];
+      if ((corner[0] | corner[1] | corner[up] | corner[up + 1]) == 0) continue;
+      Hold& h = holds_[p];
+      if ((moved_[h.vertex[0]] | moved_[h.vertex[1]] | moved_[h.vertex[2]]) != 0 && is_far_off(h)) spread(h);
+    }
   }
 
   /// Not where a corner is void: no triangle is there.
   void hold(const PixelPoint& pixel) {
-    Hold h = triangle_of(pixel);
+    const auto columns = static_cast<std::uint32_t>(samples_.columns), west = static_cast<std::uint32_t>(pixel.x),
+               south = std::min(static_cast<std::uint32_t>(pixel.y), static_cast<std::uint32_t>(samples_.rows - 2)),
+               cell = south * columns + west;
+    const auto corners = triangle_around(pixel.x - west, pixel.y - south, is_void(cell), is_void(cell + columns + 1));
+    Hold h;
+    for (std::size_t k = 0; k < 3; ++k) {
+      h.vertex[k] = cell + corners[k].north * columns + corners[k].east;
+      h.weight[k] = corners[k].weight;
+    }
     if (is_void(h.vertex[0]) || is_void(h.vertex[1]) || is_void(h.vertex[2])) return;
     h.height_m = pixel.height_m;
     h.within_m = is_beside_a_side(pixel) ? kSideShare * within_m_ : within_m_;
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (h.weight[k] > 0) ++pixels_[h.vertex[k]];
-    }
+    for (std::size_t k = 0; k < 3; ++k) held_by_[h.vertex[k]] += h.weight[k] > 0 ? 1 : 0;
+    if (is_far_off(h)) far_off_.push_back(static_cast<std::uint32_t>(holds_.size()));
     holds_.push_back(h);
-  }
-
-  Hold triangle_of(const PixelPoint& pixel) const {
-    const double west = std::floor(pixel.x), south = std::min(std::floor(pixel.y), static_cast<double>(samples_.rows - 2));
-    const auto columns = static_cast<std::uint32_t>(samples_.columns);
-    const std::uint32_t sw = static_cast<std::uint32_t>(south) * columns + static_cast<std::uint32_t>(west);
-    const auto corners = triangle_around(pixel.x - west, pixel.y - south, is_void(sw), is_void(sw + columns + 1));
-    Hold h;
-    for (std::size_t k = 0; k < 3; ++k) {
-      h.vertex[k] = sw + corners[k].north * columns + corners[k].east;
-      h.weight[k] = corners[k].weight;
-    }
-    return h;
+    cells_.push_back(cell);
   }
 
   /// In the same cell of the lattice as a tile's side, or in the one beyond it.
   bool is_beside_a_side(const PixelPoint& pixel) const {
-    const std::int64_t units = lattice_.tile_units(lattice_.finest_level);
-    const auto beside = [units](std::int64_t cell) { return cell % units == 0 || (cell + 1) % units == 0; };
+    const auto beside = [](std::int64_t cell) { return cell % proto::kTileCells == 0 || (cell + 1) % proto::kTileCells == 0; };
     return beside(samples_.west + static_cast<std::int64_t>(pixel.x) + lattice_.columns()) ||
            beside(samples_.south + static_cast<std::int64_t>(pixel.y));
   }
@@ -127,10 +158,16 @@ class Sheet {
   const proto::Lattice& lattice_;
   proto::Samples& samples_;
   const double within_m_;
-  std::vector<double> height_m_;       ///< indexed by sample
-  std::vector<std::uint32_t> pixels_;  ///< likewise: how many move it
-  std::vector<std::uint8_t> moved_;    ///< likewise: 1 if the last round did
-  std::vector<Hold> holds_;
+  const std::size_t south_pole_end_, north_pole_begin_;  ///< samples; a pole's row is one point
+  std::vector<double> height_m_;                         ///< indexed by sample; of voids no height
+  std::vector<std::uint32_t> held_by_;                   ///< likewise: how many pixels move it
+  std::vector<std::int64_t> sums_;                       ///< likewise: what a round moves it by, in grains
+  std::vector<std::uint8_t> moved_;                      ///< likewise: 1 if the last round did
+  std::vector<std::uint32_t> last_moved_;                ///< those samples
+  std::vector<std::uint32_t> touched_;                   ///< samples with sums, some more than once
+  std::vector<Hold> holds_;                              ///< indexed by pixel
+  std::vector<std::uint32_t> cells_;                     ///< likewise: the south-western vertex of its cell
+  std::vector<std::uint32_t> far_off_;                   ///< pixels, from the start
 };
 
 class BackProjection final : public Source {
@@ -166,24 +203,25 @@ class BackProjection final : public Source {
     if (!samples.ok()) return samples;
     const auto pixels = source_->pixels(lattice, wide);
     if (!pixels.ok()) return pixels.problem();
-    Sheet sheet(lattice, *samples, within_m_);
-    sheet.hold(*pixels);
-    for (int round = 0; round < kRounds; ++round) sheet.round();
-    sheet.put_back();
-    return cut(*samples, {west, south, west + columns - 1, south + rows - 1});
+    Sheet(lattice, *samples, *pixels, within_m_).project();
+    cut(*samples, {west, south, west + columns - 1, south + rows - 1});
+    return samples;
   }
 
  private:
-  static proto::Samples cut(const proto::Samples& from, const Window& w) {
-    proto::Samples out{
-        w.west, w.south, static_cast<std::int32_t>(w.east - w.west + 1), static_cast<std::int32_t>(w.north - w.south + 1),
-        {},     {}};
-    for (std::int64_t j = w.south; j <= w.north; ++j) {
-      const auto at = static_cast<std::ptrdiff_t>((j - from.south) * from.columns + (w.west - from.west));
-      out.height.insert(out.height.end(), from.height.begin() + at, from.height.begin() + at + out.columns);
-      out.flat_water.insert(out.flat_water.end(), from.flat_water.begin() + at, from.flat_water.begin() + at + out.columns);
+  /// The window's part of the samples, in their own memory: rows only move towards the first.
+  static void cut(proto::Samples& samples, const Window& w) {
+    const auto columns = static_cast<std::int32_t>(w.east - w.west + 1);
+    std::ptrdiff_t to = 0;
+    for (std::int64_t j = w.south; j <= w.north; ++j, to += columns) {
+      const auto from = static_cast<std::ptrdiff_t>((j - samples.south) * samples.columns + (w.west - samples.west));
+      std::copy_n(samples.height.begin() + from, columns, samples.height.begin() + to);
+      std::copy_n(samples.flat_water.begin() + from, columns, samples.flat_water.begin() + to);
     }
-    return out;
+    samples.height.resize(static_cast<std::size_t>(to));
+    samples.flat_water.resize(static_cast<std::size_t>(to));
+    samples.west = w.west, samples.south = w.south;
+    samples.columns = columns, samples.rows = static_cast<std::int32_t>(w.north - w.south + 1);
   }
 
   std::unique_ptr<Source> source_;

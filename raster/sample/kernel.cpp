@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "proto/wide.h"
+
 namespace cordillera::raster {
 namespace {
 
@@ -11,7 +13,7 @@ constexpr double kSnap_px = 1e-6;
 constexpr double kOutside = std::numeric_limits<double>::quiet_NaN();
 
 /// To a pixel centre (integer) or edge (half) when as good as there.
-double snap(double u) {
+inline double snap(double u) {
   const double halves = std::nearbyint(2 * u);
   return std::abs(2 * u - halves) < 2 * kSnap_px ? halves / 2 : u;
 }
@@ -23,6 +25,37 @@ std::pair<std::int64_t, std::int64_t> covering(double u, int count, bool wraps) 
   const std::int64_t first = edge == std::floor(edge) ? last - 1 : last;
   if (wraps) return {first, last};
   return {std::max<std::int64_t>(first, 0), std::min<std::int64_t>(last, count - 1)};
+}
+
+CORDILLERA_WIDE void wrap(double* x, std::size_t count, double period) {
+  for (std::size_t k = 0; k < count; ++k) x[k] -= period * std::floor(x[k] / period);
+}
+
+CORDILLERA_WIDE void locate_inside(double* x, double* y, std::size_t count, PixelPosition low, PixelPosition high) {
+  for (std::size_t k = 0; k < count; ++k) {
+    const double u = snap(x[k] - 0.5), v = snap(y[k] - 0.5);
+    const bool inside = (u >= low.u) & (u <= high.u) & (v >= low.v) & (v <= high.v);
+    x[k] = inside ? u : kOutside;
+    y[k] = inside ? v : kOutside;
+  }
+}
+
+/// Differences keep a flat surface exactly flat.
+inline double linear(double a, double b, double share) { return a + share * (b - a); }
+
+CORDILLERA_WIDE void bilinear_row(const double* u, const double* v, std::size_t count, const PixelBlock& block, double* out,
+                                  std::uint8_t* level) {
+  const double* const pixels = block.heights.data();
+  const std::int32_t columns = block.window.columns;
+  const double west = static_cast<double>(block.window.x), top = static_cast<double>(block.window.y);
+  for (std::size_t k = 0; k < count; ++k) {
+    const double left = std::floor(u[k]), above = std::floor(v[k]);
+    const std::int32_t at = static_cast<std::int32_t>(u[k] == u[k] ? (above - top) * columns + (left - west) : 0);
+    const double *const upper = pixels + at, *const lower = upper + columns;
+    const double a = upper[0], b = upper[1], c = lower[0], d = lower[1];
+    out[k] = linear(linear(a, b, u[k] - left), linear(c, d, u[k] - left), v[k] - above);
+    level[k] = (a == b) & (b == c) & (c == d);
+  }
 }
 
 }  // namespace
@@ -38,11 +71,11 @@ double Kernel::locate_v(double py) const {
   return v >= -rim() && v <= frame_.rows - 1 + rim() ? v : kOutside;
 }
 
-bool Kernel::locate(double px, double py, PixelPosition& place) const {
-  const double u = locate_u(px), v = locate_v(py);
-  if (std::isnan(u) || std::isnan(v)) return false;
-  place = {u, v};
-  return true;
+void Kernel::locate(double* x, double* y, std::size_t count) const {
+  if (frame_.period != 0) wrap(x, count, frame_.period);
+  const double low_u = frame_.period != 0 ? -INFINITY : -rim(),
+               high_u = frame_.period != 0 ? INFINITY : frame_.columns - 1 + rim();
+  locate_inside(x, y, count, {low_u, -rim()}, {high_u, frame_.rows - 1 + rim()});
 }
 
 PixelWindow Kernel::around(const PixelPosition& low, const PixelPosition& high) const {
@@ -97,10 +130,7 @@ double Kernel::bilinear(const PixelPosition& place, const PixelBlock& block) con
   const auto x = static_cast<std::int64_t>(left), y = static_cast<std::int64_t>(top);
   const double a = block.at(x, y), b = block.at(x + 1, y), c = block.at(x, y + 1), d = block.at(x + 1, y + 1);
   const double all = a + b + c + d;
-  if (!std::isnan(all)) {  // differences keep a flat surface exactly flat
-    const double upper = a + fx * (b - a), lower = c + fx * (d - c);
-    return upper + fy * (lower - upper);
-  }
+  if (!std::isnan(all)) return linear(linear(a, b, fx), linear(c, d, fx), fy);
   const double heights[4] = {a, b, c, d};
   const double weights[4] = {(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy};
   double first = 0, sum = 0, weight = 0;
@@ -111,6 +141,13 @@ double Kernel::bilinear(const PixelPosition& place, const PixelBlock& block) con
     weight += weights[k];
   }
   return first + sum / weight;
+}
+
+void Kernel::heights(const double* u, const double* v, std::size_t count, const PixelBlock& block, double* out,
+                     std::uint8_t* level) const {
+  if (!reduces_) return bilinear_row(u, v, count, block, out, level);
+  std::fill_n(out, count, kOutside);
+  std::fill_n(level, count, std::uint8_t{1});
 }
 
 void Kernel::add(const PixelPosition& place, const PixelBlock& block, Sum& sum) const {

@@ -33,8 +33,8 @@ class Kernel {
  public:
   explicit Kernel(const KernelFrame& frame) : frame_(frame), reduces_(frame.ratio_x > 1 || frame.ratio_y > 1) {}
 
-  /// False when the pixel position (edges at integers; NaN allowed) lies outside the raster.
-  bool locate(double px, double py, PixelPosition& place) const;
+  /// In place: pixel positions (edges at integers; NaN allowed) -> u and v of places, both NaN outside the raster.
+  void locate(double* x, double* y, std::size_t count) const;
   /// Each axis by itself: NaN outside.
   double locate_u(double px) const;
   double locate_v(double py) const;
@@ -48,6 +48,10 @@ class Kernel {
   bool flat(const PixelPosition& place, const PixelBlock& block) const;
   /// Height at a valid place.
   double value(const PixelPosition& place, const PixelBlock& block) const;
+  /// Heights at a row of places; NaN outside and where a void pixel takes part: valid() and value() know more. Everywhere, where
+  /// the kernel reduces. level: 1 where all pixels that take part are equal; flat() is false elsewhere.
+  void heights(const double* u, const double* v, std::size_t count, const PixelBlock& block, double* out,
+               std::uint8_t* level) const;
 
   /// The widened triangle in strips: add() with blocks from top to bottom that together hold around(place), then the mean. The
   /// order of additions is the same however the strips are cut.

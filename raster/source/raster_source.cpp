@@ -8,6 +8,7 @@
 #include "raster/gdal/gdal_scope.h"
 #include "raster/pixels/decimation.h"
 #include "raster/place/lattice_places.h"
+#include "raster/source/placed_row.h"
 
 namespace cordillera::raster {
 namespace {
@@ -20,8 +21,6 @@ struct RasterSource::Call {
   const proto::Lattice& lattice;
   proto::Samples samples;
   Kernel kernel;
-  std::vector<PixelPosition> places;  ///< indexed by sample
-  std::vector<std::uint8_t> inside;   ///< indexed by sample: places holds its place in the raster
 
   std::size_t index(std::int32_t c, std::int32_t r) const { return static_cast<std::size_t>(r) * samples.columns + c; }
 };
@@ -100,7 +99,7 @@ const KernelFrame& RasterSource::frame_for(const proto::Lattice& lattice) {
   return *frame_;
 }
 
-void RasterSource::place_samples(Call& call) const {
+void RasterSource::place_samples(Call& call) {
   const proto::Lattice& lattice = call.lattice;
   const Window w = window(lattice);
   const std::int32_t columns = call.samples.columns;
@@ -112,72 +111,67 @@ void RasterSource::place_samples(Call& call) const {
   while (last > first && !wanted(last)) --last;
   if (first == columns) return;
   const std::int32_t count = last - first + 1;
-  std::vector<double> x(static_cast<std::size_t>(count)), y(x.size());
-  LatticePlaces places(*parts_.placement, lattice, call.samples.west + first, count);
+  std::vector<std::size_t> between;  // the window may end and begin again on the way around the earth
+  for (std::int32_t c = first; c <= last; ++c)
+    if (!wanted(c)) between.push_back(static_cast<std::size_t>(c - first));
+  LatticePlaces places(*parts_.placement, lattice, call.samples.west + first, count, vertex_patches_);
   for (std::int32_t r = 0; r < call.samples.rows; ++r) {
     const std::int64_t j = call.samples.south + r;
     if (j < w.south || j > w.north) continue;
+    double *const x = u_.data() + call.index(first, r), *const y = v_.data() + call.index(first, r);
     if (j == 0 || j == lattice.rows()) {  // a pole is one point
-      std::fill(x.begin(), x.end(), parts_.pole_longitude_deg);
-      std::fill(y.begin(), y.end(), lattice.latitude_deg(j));
-      parts_.placement->to_pixels(x.data(), y.data(), x.size());
+      std::fill_n(x, count, parts_.pole_longitude_deg);
+      std::fill_n(y, count, lattice.latitude_deg(j));
+      parts_.placement->to_pixels(x, y, static_cast<std::size_t>(count));
     } else {
-      places.row(j, x.data(), y.data());
+      places.row(j, x, y);
     }
-    for (std::int32_t c = 0; c < count; ++c) {
-      const std::size_t at = call.index(first + c, r);
-      call.inside[at] = wanted(first + c) && call.kernel.locate(x[c], y[c], call.places[at]);
-    }
+    call.kernel.locate(x, y, static_cast<std::size_t>(count));
+    for (const std::size_t c : between) x[c] = y[c] = NAN;
   }
-}
-
-void RasterSource::put(proto::Samples& samples, std::size_t at, double height_m, bool flat) {
-  if (!(std::abs(height_m) <= proto::kMaxHeight_m)) return;
-  samples.height[at] = static_cast<std::int32_t>(std::nearbyint(height_m / proto::kHeightStep_m));
-  samples.flat_water[at] = flat ? 1 : 0;
 }
 
 /// Reads the pixels under rect and interpolates; cuts rect in two while they are too many.
 proto::Result<void> RasterSource::resample(Call& call, const Rect& rect) {
-  constexpr double kFar = std::numeric_limits<double>::infinity();
-  PixelPosition low{kFar, kFar}, high{-kFar, -kFar};
+  FiniteRange across, down;
   for (std::int32_t r = rect.r0; r < rect.r0 + rect.rows; ++r) {
-    for (std::int32_t c = rect.c0; c < rect.c0 + rect.columns; ++c) {
-      const std::size_t at = call.index(c, r);
-      if (!call.inside[at]) continue;
-      const PixelPosition& p = call.places[at];
-      low = {std::min(low.u, p.u), std::min(low.v, p.v)};
-      high = {std::max(high.u, p.u), std::max(high.v, p.v)};
-    }
+    across.add(u_.data() + call.index(rect.c0, r), static_cast<std::size_t>(rect.columns));
+    down.add(v_.data() + call.index(rect.c0, r), static_cast<std::size_t>(rect.columns));
   }
-  if (low.u > high.u) return {};
-  block_.window = call.kernel.around(low, high);
+  if (across.empty()) return {};
+  block_.window = call.kernel.around({across.low(), down.low()}, {across.high(), down.high()});
   if (std::int64_t{block_.window.columns} * block_.window.rows > kMaxBlockPixels) {
     if (rect.columns == 1 && rect.rows == 1) return resample_wide(call, call.index(rect.c0, rect.r0));
-    const bool across = rect.columns >= rect.rows;
-    const std::int32_t half = (across ? rect.columns : rect.rows) / 2;
-    const Rect first = across ? Rect{rect.c0, rect.r0, half, rect.rows} : Rect{rect.c0, rect.r0, rect.columns, half};
-    const Rect second = across ? Rect{rect.c0 + half, rect.r0, rect.columns - half, rect.rows}
-                               : Rect{rect.c0, rect.r0 + half, rect.columns, rect.rows - half};
+    const bool wide = rect.columns >= rect.rows;
+    const std::int32_t half = (wide ? rect.columns : rect.rows) / 2;
+    const Rect first = wide ? Rect{rect.c0, rect.r0, half, rect.rows} : Rect{rect.c0, rect.r0, rect.columns, half};
+    const Rect second = wide ? Rect{rect.c0 + half, rect.r0, rect.columns - half, rect.rows}
+                             : Rect{rect.c0, rect.r0 + half, rect.columns, rect.rows - half};
     if (auto done = resample(call, first); !done.ok()) return done;
     return resample(call, second);
   }
   if (auto done = pixels_.read(block_.window, block_.heights); !done.ok()) return done;
+  std::vector<double> height_m(static_cast<std::size_t>(rect.columns));
+  std::vector<std::uint8_t> level(height_m.size());
   for (std::int32_t r = rect.r0; r < rect.r0 + rect.rows; ++r) {
-    const double* const above_m = undulations_m(call.lattice, call.samples.west + rect.c0, call.samples.south + r, rect.columns);
-    for (std::int32_t c = rect.c0; c < rect.c0 + rect.columns; ++c) {
-      const std::size_t at = call.index(c, r);
-      if (!call.inside[at] || !call.kernel.valid(call.places[at], block_)) continue;
-      put(call.samples, at, call.kernel.value(call.places[at], block_) + above_m[c - rect.c0],
-          call.kernel.flat(call.places[at], block_));
-    }
+    std::size_t from = call.index(rect.c0, r), to = from + height_m.size();
+    while (from < to && std::isnan(u_[from])) ++from;
+    while (from < to && std::isnan(u_[to - 1])) --to;
+    if (from == to) continue;
+    const PlacedRow row{to - from, u_.data() + from, v_.data() + from,
+                        undulations_m(call.lattice, call.samples.west + static_cast<std::int64_t>(from - call.index(0, r)),
+                                      call.samples.south + r, static_cast<std::int32_t>(to - from))};
+    call.kernel.heights(row.u, row.v, row.count, block_, height_m.data(), level.data());
+    for (std::size_t c = 0; c < row.count; ++c)
+      level[c] = level[c] != 0 && !std::isnan(row.u[c]) && call.kernel.flat({row.u[c], row.v[c]}, block_);
+    put_row(call.kernel, block_, row, height_m.data(), level.data(), from, call.samples);
   }
   return {};
 }
 
 /// One sample whose triangle alone is more than memory should hold: in strips.
 proto::Result<void> RasterSource::resample_wide(Call& call, std::size_t at) {
-  const PixelPosition& place = call.places[at];
+  const PixelPosition place{u_[at], v_[at]};
   block_.window = call.kernel.near(place);
   if (auto done = pixels_.read(block_.window, block_.heights); !done.ok()) return done;
   if (!call.kernel.valid(place, block_)) return {};
@@ -192,7 +186,7 @@ proto::Result<void> RasterSource::resample_wide(Call& call, std::size_t at) {
     call.kernel.add(place, block_, sum);
   }
   const auto c = static_cast<std::int64_t>(at) % call.samples.columns, r = static_cast<std::int64_t>(at) / call.samples.columns;
-  put(call.samples, at, sum.mean() + *undulations_m(call.lattice, call.samples.west + c, call.samples.south + r, 1), flat);
+  put(sum.mean() + *undulations_m(call.lattice, call.samples.west + c, call.samples.south + r, 1), flat, at, call.samples);
   return {};
 }
 
@@ -206,7 +200,8 @@ proto::Result<proto::Samples> RasterSource::sample_present(const proto::Lattice&
   const auto done_in_lines = sample_lines(lattice, kernel, samples);
   if (!done_in_lines.ok()) return done_in_lines.problem();
   if (*done_in_lines) return samples;
-  Call call{lattice, std::move(samples), kernel, std::vector<PixelPosition>(count), std::vector<std::uint8_t>(count, 0)};
+  Call call{lattice, std::move(samples), kernel};
+  u_.assign(count, NAN), v_.assign(count, NAN);
   place_samples(call);
   if (auto done = resample(call, {0, 0, columns, rows}); !done.ok()) return done.problem();
   return std::move(call.samples);

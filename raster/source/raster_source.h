@@ -9,6 +9,7 @@
 #include "raster/open/dataset.h"
 #include "raster/pixels/pixels.h"
 #include "raster/place/footprint.h"
+#include "raster/place/patch.h"
 #include "raster/place/placement.h"
 #include "raster/sample/kernel.h"
 #include "raster/source.h"
@@ -69,9 +70,8 @@ class RasterSource : public Source {
                                  std::int64_t north) const;
   proto::Result<bool> sample_lines(const proto::Lattice& lattice, const Kernel& kernel, proto::Samples& samples);
   PixelWindow pixels_around(const proto::Lattice& lattice, const Window& cells) const;
-  static void put(proto::Samples& samples, std::size_t at, double height_m, bool flat);
   const KernelFrame& frame_for(const proto::Lattice& lattice);
-  void place_samples(Call& call) const;
+  void place_samples(Call& call);
   proto::Result<void> resample(Call& call, const Rect& rect);
   proto::Result<void> resample_wide(Call& call, std::size_t at);
   /// The pixel that holds a place.
@@ -82,9 +82,11 @@ class RasterSource : public Source {
 
   SourceParts parts_;
   Pixels pixels_;
-  PixelBlock block_;                              ///< scratch
-  std::vector<double> longitudes_, undulations_;  ///< scratch
-  std::optional<KernelFrame> frame_;              ///< of frame_level_
+  PixelBlock block_;                                     ///< scratch
+  std::vector<double> u_, v_;                            ///< scratch: places, indexed by sample; both NaN outside the raster
+  std::vector<double> longitudes_, near_, undulations_;  ///< scratch
+  patch::KnownPatches vertex_patches_, pixel_patches_;
+  std::optional<KernelFrame> frame_;  ///< of frame_level_
   int frame_level_ = -1;
 };
 

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "proto/wide.h"
 #include "raster/sample/plate_lines.h"
+#include "raster/source/placed_row.h"
 #include "raster/source/raster_source.h"
 
 namespace cordillera::raster {
@@ -12,45 +14,34 @@ namespace {
 /// Undulations are rounded, so that the last bit of an interpolation in another library version cannot show.
 constexpr double kUndulationSteps = 65536;  // a metre
 
-/// As std::nearbyint, which a baseline processor has no instruction for. |value| < 2^51.
-double rounded(double value) {
-  constexpr double kShift = 0x1.8p52;
-  return value + kShift - kShift;
+double to_steps(double undulation_m) { return std::nearbyint(undulation_m * kUndulationSteps) / kUndulationSteps; }
+
+/// Longitudes of count columns from i on, none of them in the next turn.
+CORDILLERA_WIDE void columns_deg(const proto::Lattice& lattice, std::int64_t i, std::int32_t count, double* out) {
+  const double first = static_cast<double>(i);
+  for (std::int32_t c = 0; c < count; ++c) out[c] = lattice.longitude_at_deg(first + c);
 }
 
-/// Samples from `from` eastward; flat: null, nowhere. False when some are void: they stay so.
-bool put_line(const std::vector<double>& height_m, const double* above_m, const std::uint8_t* flat, std::size_t from,
-              proto::Samples& samples) {
-  std::int32_t* const to = samples.height.data() + from;
-  unsigned voids = 0;
-  for (std::size_t c = 0; c < height_m.size(); ++c) {
-    const double total_m = height_m[c] + above_m[c];
-    const bool fits = std::abs(total_m) <= proto::kMaxHeight_m;
-    const auto steps = static_cast<std::int32_t>(rounded((fits ? total_m : 0) / proto::kHeightStep_m));
-    to[c] = fits ? steps : proto::kNoHeight;
-    voids |= fits ? 0u : 1u;
+/// Whole steps of what is near enough to the point's own undulation; false when it is so near to the middle between two steps for
+/// some that the point itself decides: heights may not depend on what was asked for with them.
+constexpr double kTie = 0.5 - 2 * kAlongParallel_m * kUndulationSteps;
+bool is_tie(double near_m) { return std::abs(near_m - to_steps(near_m)) * kUndulationSteps > kTie; }
+CORDILLERA_WIDE bool round_undulations(const double* near_m, std::size_t count, double* out) {
+  unsigned ties = 0;
+  for (std::size_t c = 0; c < count; ++c) {
+    const double steps = near_m[c] * kUndulationSteps, whole = std::nearbyint(steps);
+    out[c] = whole / kUndulationSteps;
+    ties |= std::abs(steps - whole) > kTie ? 1u : 0u;
   }
-  if (flat != nullptr)
-    for (std::size_t c = 0; c < height_m.size(); ++c) samples.flat_water[from + c] = to[c] == proto::kNoHeight ? 0 : flat[c];
-  return voids == 0;
+  return ties == 0;
 }
-
-/// The places that are, as one stretch.
-struct FiniteRange {
-  double low = INFINITY, high = -INFINITY;
-  explicit FiniteRange(const std::vector<double>& places) {
-    for (const double at : places)
-      if (!std::isnan(at)) low = std::min(low, at), high = std::max(high, at);
-  }
-  bool empty() const { return low > high; }
-};
 
 }  // namespace
 
 /// 0 when the source's heights are ellipsoidal.
 double RasterSource::undulation_m(double latitude_deg, double longitude_deg) const {
   if (!parts_.datum.geoid) return 0;
-  return rounded(parts_.datum.geoid->undulation_m(latitude_deg, longitude_deg) * kUndulationSteps) / kUndulationSteps;
+  return to_steps(parts_.datum.geoid->undulation_m(latitude_deg, longitude_deg));
 }
 
 const double* RasterSource::undulations_m(const proto::Lattice& lattice, std::int64_t i, std::int64_t j, std::int32_t count) {
@@ -61,16 +52,18 @@ const double* RasterSource::undulations_m(const proto::Lattice& lattice, std::in
     std::fill(undulations_.begin(), undulations_.end(), undulation_m(latitude, parts_.pole_longitude_deg));
     return undulations_.data();
   }
-  longitudes_.clear();
-  for (std::int32_t c = 0; c < count; ++c) longitudes_.push_back(lattice.longitude_deg(modulo(i + c, lattice.columns())));
-  parts_.datum.geoid->along_parallel(latitude, longitudes_, undulations_.data());
-  // So near to the middle between two steps the point itself decides: heights may not depend on what was asked for with them.
-  constexpr double kTie = 0.5 - 2 * kAlongParallel_m * kUndulationSteps;
-  for (std::size_t c = 0; c < undulations_.size(); ++c) {
-    const double steps = undulations_[c] * kUndulationSteps, whole = rounded(steps);
-    undulations_[c] = whole / kUndulationSteps;
-    if (std::abs(steps - whole) > kTie) undulations_[c] = undulation_m(latitude, longitudes_[c]);
+  longitudes_.resize(undulations_.size());
+  near_.resize(undulations_.size());
+  for (std::int32_t c = 0; c < count;) {  // a turn at a time
+    const std::int64_t first = modulo(i + c, lattice.columns());
+    const auto part = static_cast<std::int32_t>(std::min<std::int64_t>(count - c, lattice.columns() - first));
+    columns_deg(lattice, first, part, longitudes_.data() + c);
+    parts_.datum.geoid->along_parallel(latitude, {longitudes_.data() + c, static_cast<std::size_t>(part)}, near_.data() + c);
+    c += part;
   }
+  if (round_undulations(near_.data(), near_.size(), undulations_.data())) return undulations_.data();
+  for (std::size_t c = 0; c < near_.size(); ++c)
+    if (is_tie(near_[c])) undulations_[c] = undulation_m(latitude, longitudes_[c]);
   return undulations_.data();
 }
 
@@ -105,25 +98,23 @@ proto::Result<bool> RasterSource::sample_lines(const proto::Lattice& lattice, co
   if (south <= 0 || north >= lattice.rows()) return false;  // a pole row is one point
   const std::vector<double> u = column_places(lattice, kernel, samples.west, samples.columns),
                             v = row_places(lattice, kernel, south, north);
-  const FiniteRange across(u), down(v);
+  FiniteRange across, down;
+  across.add(u.data(), u.size());
+  down.add(v.data(), v.size());
   if (across.empty() || down.empty()) return true;
-  block_.window = kernel.around({across.low, down.low}, {across.high, down.high});
+  block_.window = kernel.around({across.low(), down.low()}, {across.high(), down.high()});
   if (std::int64_t{block_.window.columns} * block_.window.rows > kMaxBlockPixels) return false;
   if (auto done = pixels_.read(block_.window, block_.heights); !done.ok()) return done.problem();
   PlateLines lines(block_, u);
-  std::vector<double> height_m(u.size());
+  std::vector<double> height_m(u.size()), row_v(u.size());
   for (std::size_t k = 0; k < v.size(); ++k) {
     if (std::isnan(v[k])) continue;
     lines.heights(v[k], height_m.data());
     const std::int64_t j = south + static_cast<std::int64_t>(k);
-    const double* const above_m = undulations_m(lattice, samples.west, j, samples.columns);
-    const auto from = static_cast<std::size_t>(j - samples.south) * static_cast<std::size_t>(samples.columns);
-    if (put_line(height_m, above_m, lines.flat(v[k]), from, samples)) continue;
-    for (std::size_t c = 0; c < u.size(); ++c) {
-      const PixelPosition place{u[c], v[k]};
-      if (std::isnan(height_m[c]) && !std::isnan(u[c]) && kernel.valid(place, block_))
-        put(samples, from + c, kernel.value(place, block_) + above_m[c], kernel.flat(place, block_));
-    }
+    std::fill(row_v.begin(), row_v.end(), v[k]);
+    const PlacedRow row{u.size(), u.data(), row_v.data(), undulations_m(lattice, samples.west, j, samples.columns)};
+    put_row(kernel, block_, row, height_m.data(), lines.flat(v[k]),
+            static_cast<std::size_t>(j - samples.south) * static_cast<std::size_t>(samples.columns), samples);
   }
   return true;
 }

@@ -17,10 +17,11 @@ constexpr double kLevelGeoid_deg = 0.003;
 struct UndulationGrid {
   std::int64_t columns = 0;
   std::vector<double> at_m;  ///< by rows from the south
-  /// x and y from the south-western vertex.
+  /// x and y from the south-western vertex, 0 or more.
   double operator()(double x, double y) const {
-    const double left = std::floor(x), below = std::floor(y), fx = x - left, fy = y - below;
-    const auto k = static_cast<std::size_t>(static_cast<std::int64_t>(below) * columns + static_cast<std::int64_t>(left));
+    const auto left = static_cast<std::int64_t>(x), below = static_cast<std::int64_t>(y);
+    const double fx = x - static_cast<double>(left), fy = y - static_cast<double>(below);
+    const auto k = static_cast<std::size_t>(below * columns + left);
     const double lower = at_m[k] + fx * (at_m[k + 1] - at_m[k]);
     const auto up = k + static_cast<std::size_t>(columns);
     const double upper = at_m[up] + fx * (at_m[up + 1] - at_m[up]);
@@ -86,6 +87,7 @@ proto::Result<std::vector<PixelPoint>> RasterSource::pixels(const proto::Lattice
   if (around.columns == 0 || around.rows == 0 || pixels_.certainly_void(around)) return out;
   UndulationGrid undulations{cells.east - cells.west + 2, {}};  // one more, for what lies on the rim
   const bool level_geoid = parts_.datum.geoid && lattice.cell_deg() <= kLevelGeoid_deg;
+  if (level_geoid) undulations.at_m.reserve(static_cast<std::size_t>(undulations.columns * (cells.north - cells.south + 2)));
   for (std::int64_t j = cells.south; level_geoid && j <= cells.north + 1; ++j) {
     const double* const row_m =
         undulations_m(lattice, cells.west, std::min(j, lattice.rows()), static_cast<std::int32_t>(undulations.columns));
@@ -109,7 +111,8 @@ proto::Result<std::vector<PixelPoint>> RasterSource::pixels(const proto::Lattice
   };
   const double turn = static_cast<double>(lattice.columns()), wide = static_cast<double>(cells.east - cells.west);
   const double high = static_cast<double>(cells.north - cells.south), top = cells.north == lattice.rows() ? high : -1;
-  PixelPlaces places(*parts_.placement, lattice, around.x, around.columns);
+  out.reserve(static_cast<std::size_t>(std::min(std::int64_t{around.columns} * around.rows, kMaxBlockPixels)));
+  PixelPlaces places(*parts_.placement, lattice, around.x, around.columns, pixel_patches_);
   std::vector<double> x(static_cast<std::size_t>(around.columns)), y(x.size());
   const int strip = static_cast<int>(std::clamp<std::int64_t>(kMaxBlockPixels / around.columns, 1, around.rows));
   for (int from = 0; from < around.rows; from += strip) {
@@ -124,7 +127,7 @@ proto::Result<std::vector<PixelPoint>> RasterSource::pixels(const proto::Lattice
         const double up = y[c] - static_cast<double>(cells.south);
         if (!(up >= 0 && (up < high || up == top))) continue;
         double along = x[c] - static_cast<double>(cells.west);
-        along -= turn * std::floor(along / turn);
+        if (!(along >= 0 && along < turn)) along -= turn * std::floor(along / turn);
         for (; along < wide; along += turn) {  // more than once where the window laps itself
           if (!wanted(along, up)) continue;
           const double total_m = height_m(line[c], along, up);

@@ -48,17 +48,7 @@ class FilledSource final : public Source {
         (static_cast<std::uint32_t>(std::max(columns, rows)) > limit_cells_ || empty(lattice, west, south, columns, rows)))
       return samples;
     if (!voids_ || voids_->lattice().finest_level != lattice.finest_level) voids_.emplace(*source_, lattice, limit_cells_);
-    std::size_t at = 0;
-    for (std::int32_t r = 0; r < rows; ++r) {
-      for (std::int32_t c = 0; c < columns; ++c, ++at) {
-        if (samples->height[at] != proto::kNoHeight) continue;
-        const auto height = voids_->height(west + c, south + r);
-        if (!height.ok()) return height.problem();
-        if (*height == proto::kNoHeight) continue;
-        samples->height[at] = *height;
-        samples->flat_water[at] = proto::kFilledVoid;
-      }
-    }
+    if (auto done = voids_->fill_in(*samples); !done.ok()) return done.problem();
     return samples;
   }
 

@@ -50,7 +50,7 @@ VoidMap::VoidMap(Source& source, const proto::Lattice& lattice, std::uint32_t li
 bool VoidMap::inside(const Vertex& vertex) const {
   // A pole's row is one point, whatever its columns.
   if (vertex.row <= 0 || vertex.row >= lattice_.rows() || vertex.row < window_.south || vertex.row > window_.north) return false;
-  return modulo(vertex.column - window_.west, lattice_.columns()) <= window_.east - window_.west;
+  return in_turn(vertex.column - window_.west) <= window_.east - window_.west;
 }
 
 std::size_t VoidMap::index_in_chunk(const Vertex& vertex) {
@@ -59,14 +59,18 @@ std::size_t VoidMap::index_in_chunk(const Vertex& vertex) {
 
 /// Rows are those of the lattice. The pointer is good until forget_oldest().
 proto::Result<VoidMap::Chunk*> VoidMap::chunk_of(const Vertex& vertex) {
-  const std::int64_t column = modulo(vertex.column, lattice_.columns()) / kChunk, row = vertex.row / kChunk;
+  const std::int64_t column = in_turn(vertex.column) / kChunk, row = vertex.row / kChunk;
+  if (last_ != nullptr && last_place_ == Place(row, column)) return last_;
   Chunk& chunk = chunks_[{row, column}];
   chunk.used = ++clock_;
+  last_place_ = {row, column};
+  last_ = &chunk;
   if (!chunk.height.empty()) return &chunk;
   const std::int64_t rows = std::min(kChunk, lattice_.rows() + 1 - row * kChunk);
   auto samples = source_.sample(lattice_, column * kChunk, row * kChunk, kChunk, static_cast<std::int32_t>(rows));
   if (!samples.ok()) {
     chunks_.erase({row, column});
+    last_ = nullptr;
     return samples.problem();
   }
   chunk.height = std::move(samples->height);
@@ -76,6 +80,7 @@ proto::Result<VoidMap::Chunk*> VoidMap::chunk_of(const Vertex& vertex) {
 }
 
 void VoidMap::forget_oldest() {
+  if (chunks_.size() > kMostChunks) last_ = nullptr;
   while (chunks_.size() > kMostChunks) {
     chunks_.erase(std::min_element(chunks_.begin(), chunks_.end(),
                                    [](const auto& a, const auto& b) { return a.second.used < b.second.used; }));
@@ -147,24 +152,61 @@ proto::Result<void> VoidMap::fill(const Void& found) {
   return {};
 }
 
-proto::Result<std::int32_t> VoidMap::height(std::int64_t column, std::int64_t row) {
-  const Vertex vertex{column, row};
-  if (!inside(vertex)) return proto::kNoHeight;
+/// Whether a void vertex stays void. A neighbour of what stays does, and so need not be searched from.
+proto::Result<void> VoidMap::decide(const Vertex& vertex, Chunk& chunk) {
   const std::size_t at = index_in_chunk(vertex);
-  auto chunk = chunk_of(vertex);
-  if (!chunk.ok()) return chunk.problem();
-  if ((*chunk)->state[at] == unknown) {
-    const auto found = search(vertex);
-    if (!found.ok()) return found.problem();
-    if (!found->stays) {
-      if (auto done = fill(*found); !done.ok()) return done.problem();
-    }
-    mark(*found, found->stays ? open : filled);
-    chunk = chunk_of(vertex);
+  const bool open_beside = (modulo(vertex.column, kChunk) > 0 && chunk.state[at - 1] == open) ||
+                           (vertex.row % kChunk > 0 && chunk.state[at - kChunk] == open);
+  if (open_beside || !inside(vertex)) {
+    chunk.state[at] = open;
+    return {};
   }
-  const std::int32_t height = (*chunk)->state[at] == open ? proto::kNoHeight : (*chunk)->height[at];
+  const auto found = search(vertex);
+  if (!found.ok()) return found.problem();
+  if (!found->stays) {
+    if (auto done = fill(*found); !done.ok()) return done.problem();
+  }
+  mark(*found, found->stays ? open : filled);
+  return {};
+}
+
+/// Vertices of one row and one chunk.
+proto::Result<void> VoidMap::fill_in(const Vertex& first, std::int32_t count, std::int32_t* height, std::uint8_t* mark) {
+  Chunk* chunk = nullptr;
+  for (std::int32_t k = 0; k < count; ++k) {
+    if (height[k] != proto::kNoHeight) continue;
+    const Vertex vertex{first.column + k, first.row};
+    if (chunk == nullptr) {
+      if (!inside(vertex)) continue;
+      const auto found = chunk_of(vertex);
+      if (!found.ok()) return found.problem();
+      chunk = *found;
+    }
+    const std::size_t at = index_in_chunk(vertex);
+    if (chunk->state[at] == unknown) {
+      if (auto done = decide(vertex, *chunk); !done.ok()) return done;
+    }
+    if (chunk->state[at] == open) continue;
+    height[k] = chunk->height[at];
+    mark[k] = proto::kFilledVoid;
+  }
   forget_oldest();
-  return height;
+  return {};
+}
+
+proto::Result<void> VoidMap::fill_in(proto::Samples& samples) {
+  for (std::int32_t r = 0; r < samples.rows; ++r) {
+    for (std::int32_t c = 0; c < samples.columns;) {
+      const Vertex first{samples.west + c, samples.south + r};
+      const auto count =
+          static_cast<std::int32_t>(std::min(kChunk - modulo(first.column, kChunk), std::int64_t{samples.columns - c}));
+      const std::size_t at =
+          static_cast<std::size_t>(r) * static_cast<std::size_t>(samples.columns) + static_cast<std::size_t>(c);
+      if (auto done = fill_in(first, count, samples.height.data() + at, samples.flat_water.data() + at); !done.ok()) return done;
+      c += count;
+    }
+  }
+  return {};
 }
 
 }  // namespace cordillera::raster

@@ -18,15 +18,15 @@ class VoidMap {
   const proto::Lattice& lattice() const { return lattice_; }
   std::int64_t limit_cells() const { return limit_; }
 
-  /// Of a void vertex inside the source's window: its height in steps, kNoHeight where it stays void. Columns in any turn.
-  proto::Result<std::int32_t> height(std::int64_t column, std::int64_t row);
+  /// Puts heights where samples of the source are void and are to be filled, marked kFilledVoid. Columns in any turn.
+  proto::Result<void> fill_in(proto::Samples& samples);
 
  private:
   enum State : std::uint8_t {
     data,
     unknown,  ///< void, and not looked at yet
     seen,     ///< by the search that is under way
-    open,     ///< of a void that stays
+    open,     ///< of a void that stays, or outside the source's window
     filled,
   };
   /// A square of vertices.
@@ -46,9 +46,12 @@ class VoidMap {
     void add(const Vertex& vertex);
   };
 
+  std::int64_t in_turn(std::int64_t column) const { return column & (lattice_.columns() - 1); }  // a power of two
   proto::Result<Chunk*> chunk_of(const Vertex& vertex);
   static std::size_t index_in_chunk(const Vertex& vertex);
   bool inside(const Vertex& vertex) const;
+  proto::Result<void> fill_in(const Vertex& first, std::int32_t count, std::int32_t* height, std::uint8_t* mark);
+  proto::Result<void> decide(const Vertex& vertex, Chunk& chunk);
   proto::Result<Void> search(const Vertex& from);
   proto::Result<void> see(const Vertex& vertex, Void& found, std::vector<Vertex>& ahead);
   proto::Result<void> fill(const Void& found);
@@ -59,7 +62,10 @@ class VoidMap {
   proto::Lattice lattice_;
   std::int64_t limit_;
   Source::Window window_;
-  std::map<std::pair<std::int64_t, std::int64_t>, Chunk> chunks_;  ///< by row and column of chunks
+  using Place = std::pair<std::int64_t, std::int64_t>;
+  std::map<Place, Chunk> chunks_;  ///< by row and column of chunks
+  Chunk* last_ = nullptr;          ///< asked for last, at last_place_
+  Place last_place_;
   std::uint64_t clock_ = 0;
 };
 

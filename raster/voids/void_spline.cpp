@@ -108,14 +108,18 @@ class Bending {
     for (const std::uint32_t k : level.wanted) whole_.push_back(surrounded(k) ? 1 : 0);
   }
 
-  void derivative(const std::vector<double>& z, std::vector<double>& out) const {
+  /// Gives the sum of their products with z.
+  double derivative(const std::vector<double>& z, std::vector<double>& out) const {
+    double sum = 0;
     for (std::size_t w = 0; w < out.size(); ++w) {
       const double* const p = z.data() + level_.wanted[w];
       out[w] = whole_[w] == 0 ? differences_.derivative(z.data(), level_.wanted[w])
                               : centre_ * p[0] + side_ * (p[-1] + p[1]) + end_ * (p[-down_] + p[down_]) +
                                     corner_ * ((p[-down_ - 1] + p[-down_ + 1]) + (p[down_ - 1] + p[down_ + 1])) +
                                     far_ * (p[-2] + p[2]) + (p[-2 * down_] + p[2 * down_]);
+      sum += p[0] * out[w];
     }
+    return sum;
   }
   double diagonal(std::size_t w) const { return whole_[w] != 0 ? centre_ : differences_.diagonal(level_.wanted[w]); }
 
@@ -143,27 +147,25 @@ void relax(Level& level, int most_steps) {
   std::vector<double> residual(count), product(count), scale(count);
   bending.derivative(level.height_m, residual);
   std::vector<double> direction(level.cell.size(), 0);
-  double strength = 0;
+  double strength = 0, greatest_m = 0;
   for (std::size_t w = 0; w < count; ++w) {
     scale[w] = 1 / bending.diagonal(w);
     residual[w] = -residual[w];
     direction[level.wanted[w]] = scale[w] * residual[w];
     strength += residual[w] * scale[w] * residual[w];
+    greatest_m = std::max(greatest_m, std::abs(scale[w] * residual[w]));
   }
-  for (int step = 0; step < most_steps; ++step) {
-    double greatest_m = 0;
-    for (std::size_t w = 0; w < count; ++w) greatest_m = std::max(greatest_m, std::abs(scale[w] * residual[w]));
-    if (greatest_m < kClose_m) return;
-    bending.derivative(direction, product);
-    double curvature = 0;
-    for (std::size_t w = 0; w < count; ++w) curvature += direction[level.wanted[w]] * product[w];
+  for (int step = 0; step < most_steps && greatest_m >= kClose_m; ++step) {
+    const double curvature = bending.derivative(direction, product);
     if (!(curvature > 0)) return;
     const double length = strength / curvature;
     double next = 0;
+    greatest_m = 0;
     for (std::size_t w = 0; w < count; ++w) {
       level.height_m[level.wanted[w]] += length * direction[level.wanted[w]];
       residual[w] -= length * product[w];
       next += residual[w] * scale[w] * residual[w];
+      greatest_m = std::max(greatest_m, std::abs(scale[w] * residual[w]));
     }
     const double turn = next / strength;
     strength = next;

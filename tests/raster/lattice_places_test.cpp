@@ -47,7 +47,8 @@ struct Difference {
 /// Of 2 x half vertices around (i, j) each way, row by row.
 Difference compare(const Placement& placement, const proto::Lattice& lattice, std::int64_t i, std::int64_t j, std::int32_t half) {
   Difference found;
-  LatticePlaces places(placement, lattice, i - half, 2 * half);
+  raster::patch::KnownPatches known;
+  LatticePlaces places(placement, lattice, i - half, 2 * half, known);
   std::vector<double> x(2 * half), y(2 * half);
   for (std::int64_t r = std::max<std::int64_t>(j - half, 1); r < std::min(j + half, lattice.rows()); ++r) {
     places.row(r, x.data(), y.data());
@@ -101,7 +102,8 @@ TEST_F(LatticePlacesTest, DoNotDependOnTheWindow) {
   const proto::Lattice grid = lattice(12);
   const auto [i, j] = centre(here, grid);
   std::vector<double> x(300), y(300), part_x(100), part_y(100);
-  LatticePlaces all(here, grid, i - 150, 300), part(here, grid, i - 31 + grid.columns(), 100);
+  raster::patch::KnownPatches known, others;
+  LatticePlaces all(here, grid, i - 150, 300, known), part(here, grid, i - 31 + grid.columns(), 100, others);
   for (std::int64_t r = j - 70; r < j + 70; r += 3) {
     all.row(r, x.data(), y.data());
     part.row(r, part_x.data(), part_y.data());

@@ -1,4 +1,4 @@
-// Line by line gives the bits that sample by sample gives.
+// Line by line, and by rows of places, gives the bits that sample by sample gives.
 #include "raster/sample/plate_lines.h"
 
 #include <gtest/gtest.h>
@@ -69,6 +69,45 @@ TEST(PlateLines, GivesTheBitsOfTheKernel) {
     EXPECT_GT(compared, 20000);
     EXPECT_GT(flats, 1000);
     EXPECT_EQ(voids > 5000, with_voids);  // the last column and row have void pixels beside them
+  }
+}
+
+TEST(KernelRows, GiveTheBitsOfEachPlace) {
+  const PixelBlock block = block_of(true);
+  for (const int period : {0, kColumns}) {
+    const Kernel kernel(KernelFrame{kColumns, kRows, period, false, 1, 1});
+    std::vector<double> x, y;
+    std::mt19937 random(3);
+    for (int k = 0; k < 5000; ++k) {  // some outside, some within a millionth of a centre or an edge
+      const double near = k % 5 == 0 ? 4e-7 : 0;
+      x.push_back(k % 50 == 0 ? NAN : static_cast<double>(random() % 520) / 20 - 1 + near);
+      y.push_back(static_cast<double>(random() % 440) / 20 - 1 - near);
+    }
+    std::vector<double> u = x, v = y, height(x.size());
+    std::vector<std::uint8_t> level(x.size());
+    kernel.locate(u.data(), v.data(), u.size());
+    for (std::size_t k = 0; k < u.size(); ++k) {
+      const double alone_u = kernel.locate_u(x[k]), alone_v = kernel.locate_v(y[k]);
+      const bool outside = std::isnan(alone_u) || std::isnan(alone_v);
+      ASSERT_EQ(std::isnan(u[k]), outside) << x[k] << ", " << y[k];
+      ASSERT_EQ(std::isnan(v[k]), outside);
+      ASSERT_TRUE(outside || (u[k] == alone_u && v[k] == alone_v)) << x[k] << ", " << y[k];
+    }
+    kernel.heights(u.data(), v.data(), u.size(), block, height.data(), level.data());
+    int compared = 0, flats = 0;
+    for (std::size_t k = 0; k < u.size(); ++k) {
+      if (std::isnan(u[k])) continue;
+      const PixelPosition place{u[k], v[k]};
+      const bool flat = kernel.flat(place, block);
+      flats += flat ? 1 : 0;
+      ASSERT_TRUE(!flat || level[k] != 0) << u[k] << ", " << v[k];
+      if (std::isnan(height[k])) continue;
+      ++compared;
+      ASSERT_TRUE(kernel.valid(place, block));
+      ASSERT_TRUE(same_bits(height[k], kernel.value(place, block))) << u[k] << ", " << v[k];
+    }
+    EXPECT_GT(compared, 2000);
+    EXPECT_GT(flats, 100);
   }
 }
 
