@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gpu/measure/surface_memory.h"
 #include "gpu/measure/surface_meter.h"
 
 namespace cordillera::gpu {
@@ -10,12 +11,10 @@ namespace {
 
 std::uint32_t saturated(std::uint64_t n) { return static_cast<std::uint32_t>(std::min<std::uint64_t>(n, UINT32_MAX)); }
 
-/// What is counted and summed while triangles are measured.
-struct Tally {
+/// Counts and sums while a triangle is measured.
+struct Tally : SurfaceSums {
   static constexpr bool kSums = true;
   bool all_valid = false;
-  std::uint64_t valid = 0, covered = 0, summed = 0, overcovered = 0;
-  SquareSum sum;
 
   void row(const RowSpans& spans) {
     if (!all_valid) overcovered += length(spans.strict);
@@ -30,57 +29,69 @@ struct Tally {
     if (t.exact.shows()) summed += n;
   }
   void errors(std::int64_t first, const Span& owned, const double* out) {
-    if (length(owned) > 0) add_squares(out + (owned.first - first), static_cast<std::size_t>(length(owned)), sum);
+    if (length(owned) > 0) add_squares(out + (owned.first - first), static_cast<std::size_t>(length(owned)), squares);
   }
 };
 
 class Measurement {
  public:
-  Measurement(const SurfaceErrorInput& in, double limit_m, std::pair<double, double> range_m)
-      : mesh_(*in.mesh), limit_m_(limit_m), meter_(in, range_m), rims_(*in.mesh) {
+  Measurement(const SurfaceErrorInput& in, double limit_m, SurfaceMemory& memory)
+      : mesh_(*in.mesh), limit_m_(limit_m), meter_(in, gpu::height_range_m(*in.mesh)), rims_(*in.mesh), memory_(memory) {
     corners_.reserve(mesh_.vertices());
     for (std::size_t v = 0; v < mesh_.vertices(); ++v) corners_.push_back(meter_.corner(mesh_.x[v], mesh_.y[v], mesh_.height[v]));
   }
 
-  std::vector<std::uint32_t> over() const {
-    std::vector<std::uint32_t> found;
-    for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
-      if (!is_published(t)) continue;
-      const auto& [a, b, c] = mesh_.triangles[t];
-      const MeasuredTriangle triangle = meter_.triangle({corners_[a], corners_[b], corners_[c]}, 0);
-      if (meter_.greatest_m(triangle, {limit_m_, limit_m_}) > limit_m_) found.push_back(t);
-    }
-    return found;
-  }
-
   SurfaceError run() {
-    count_window();
+    if (!memory_.valid) memory_.valid = valid_in_window();
+    const auto across = static_cast<std::uint64_t>(mesh_.side) + 1;
+    all_valid_ = *memory_.valid == across * across;
     published_.assign(mesh_.vertices(), 0);
+    remember();
     for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t)
       if (is_published(t)) triangle(t);
     measure_vertices();
-    result_.sum_squared_m2 = tally_.sum.value_m2();
-    result_.samples = saturated(tally_.summed);
-    result_.uncovered = saturated(tally_.valid - tally_.covered);
-    result_.overcovered = saturated(tally_.overcovered);
+    result_.sum_squared_m2 = sums_.squares.value_m2();
+    result_.samples = saturated(sums_.summed);
+    result_.uncovered = saturated(*memory_.valid - sums_.covered);
+    result_.overcovered = saturated(sums_.overcovered);
     return std::move(result_);
   }
 
  private:
-  void count_window() {
+  std::uint64_t valid_in_window() const {
     const SampleWindow& window = meter_.window();
-    const auto across = static_cast<std::uint64_t>(mesh_.side) + 1;
+    std::uint64_t valid = 0;
     for (std::int64_t y = window.rows().first; y <= window.rows().last; ++y)
       for (const auto& s : window.stretches())
-        tally_.valid += count_valid(window.row(y) + s.columns.first + s.shift, static_cast<std::size_t>(length(s.columns)));
-    tally_.all_valid = tally_.valid == across * across;
+        valid += count_valid(window.row(y) + s.columns.first + s.shift, static_cast<std::size_t>(length(s.columns)));
+    return valid;
   }
 
-  unsigned owned_edges(const std::array<std::uint32_t, 3>& t, const Corner (&c)[3]) const {
+  /// Forgets triangles that have changed. Below the greatest error of the others nothing has to be told apart.
+  void remember() {
+    memory_.triangles.resize(mesh_.triangles.size());
+    for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
+      if (!is_published(t)) continue;
+      const auto& v = mesh_.triangles[t];
+      SurfaceMemory::Triangle &known = memory_.triangles[t], now;
+      now.corners = points(v), now.owned = owned_edges(v);
+      if (known.corners != now.corners || known.owned != now.owned)
+        known = now;
+      else
+        result_.max_m = std::max(result_.max_m, known.error_m);
+    }
+  }
+
+  std::array<MeshPoint, 3> points(const std::array<std::uint32_t, 3>& t) const {
+    const auto point = [this](std::uint32_t v) { return MeshPoint{mesh_.x[v], mesh_.y[v], mesh_.height[v]}; };
+    return {point(t[0]), point(t[1]), point(t[2])};
+  }
+
+  unsigned owned_edges(const std::array<std::uint32_t, 3>& t) const {
     unsigned owned = 0;
     for (unsigned k = 0; k < 3; ++k) {
       const unsigned n = k == 2 ? 0 : k + 1;
-      if (counts_edge(mesh_.side, c[k], c[n]) || rims_.contains(t[k], t[n])) owned |= 1u << k;
+      if (counts_edge(mesh_.side, corners_[t[k]], corners_[t[n]]) || rims_.contains(t[k], t[n])) owned |= 1u << k;
     }
     return owned;
   }
@@ -91,14 +102,24 @@ class Measurement {
   }
 
   void triangle(std::uint32_t index) {
-    const auto& v = mesh_.triangles[index];
-    for (const std::uint32_t i : v) published_[i] = 1;
-    const Corner corners[3] = {corners_[v[0]], corners_[v[1]], corners_[v[2]]};
-    const TriangleWorst worst = meter_.worst(meter_.triangle(corners, owned_edges(v, corners)), limit_m_, tally_, result_.max_m);
-    result_.max_m = std::max(result_.max_m, worst.any.error_m);
-    if (worst.any.error_m <= limit_m_) return;
+    const auto& [a, b, c] = mesh_.triangles[index];
+    published_[a] = published_[b] = published_[c] = 1;
+    SurfaceMemory::Triangle& known = memory_.triangles[index];
+    if (known.floor_m > std::max(result_.max_m, known.error_m)) measure({corners_[a], corners_[b], corners_[c]}, known);
+    result_.max_m = std::max(result_.max_m, known.error_m);
+    sums_.add(known.sums);
+    if (known.error_m > limit_m_) result_.over_limit.push_back({index, known.x, known.y, known.error_m});
+  }
+
+  void measure(const Corner (&corners)[3], SurfaceMemory::Triangle& known) const {
+    Tally tally;
+    tally.all_valid = all_valid_;
+    const TriangleWorst worst = meter_.worst(meter_.triangle(corners, known.owned), limit_m_, tally, result_.max_m);
+    known.sums = tally;
+    known.floor_m = result_.max_m;
+    known.error_m = worst.any.error_m;
     const WorstSample& put = worst.inside.error_m > limit_m_ ? worst.inside : worst.any;
-    result_.over_limit.push_back({index, static_cast<std::int32_t>(put.x), static_cast<std::int32_t>(put.y), worst.any.error_m});
+    known.x = static_cast<std::int32_t>(put.x), known.y = static_cast<std::int32_t>(put.y);
   }
 
   /// Corners count once each, whatever triangles meet there.
@@ -107,9 +128,9 @@ class Measurement {
       const std::int32_t h = published_[v] != 0 ? meter_.window().at(mesh_.x[v], mesh_.y[v]) : proto::kNoHeight;
       if (h == proto::kNoHeight) continue;
       const double error_m = std::abs(mesh_.height[v] - static_cast<double>(h)) * proto::kHeightStep_m;
-      tally_.sum.add(square_steps(error_m));
-      ++tally_.covered;
-      ++tally_.summed;
+      sums_.squares.add(square_steps(error_m));
+      ++sums_.covered;
+      ++sums_.summed;
       result_.max_m = std::max(result_.max_m, error_m);
     }
   }
@@ -118,20 +139,29 @@ class Measurement {
   double limit_m_;
   SurfaceMeter meter_;
   Rims rims_;
+  SurfaceMemory& memory_;
+  bool all_valid_ = false;
   std::vector<Corner> corners_;          ///< indexed by vertex
   std::vector<std::uint8_t> published_;  ///< indexed by vertex: in a triangle that exists
-  Tally tally_;
+  SurfaceSums sums_;
   SurfaceError result_;
 };
 
 }  // namespace
 
-SurfaceError surface_error(const SurfaceErrorInput& input, double limit_m) {
-  return Measurement(input, limit_m, height_range_m(*input.mesh)).run();
+SurfaceError surface_error(const SurfaceErrorInput& input, double limit_m, SurfaceMemory& memory) {
+  return Measurement(input, limit_m, memory).run();
 }
 
-std::vector<std::uint32_t> triangles_over(const SurfaceErrorInput& input, double limit_m) {
-  return Measurement(input, limit_m, height_range_m(*input.mesh)).over();
+SurfaceError surface_error(const SurfaceErrorInput& input, double limit_m) {
+  SurfaceMemory memory;
+  return surface_error(input, limit_m, memory);
+}
+
+std::vector<std::uint32_t> triangles_over(const SurfaceError& error) {
+  std::vector<std::uint32_t> over;
+  for (const SurfaceError::Worst& worst : error.over_limit) over.push_back(worst.triangle);
+  return over;
 }
 
 }  // namespace cordillera::gpu

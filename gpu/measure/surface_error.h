@@ -13,6 +13,7 @@ namespace cordillera::gpu {
 inline constexpr double kGrace_m = 1.0 / 1024;
 
 struct SampleFrames;
+struct SurfaceMemory;
 
 /// The error of a surface is the distance, along the ellipsoid's normal, from each valid finest sample to the flat ECEF triangle
 /// that covers it. Two decodings are measured at once: exact lattice positions (.drc) and ECEF rounded to multiples of
@@ -45,8 +46,10 @@ struct SurfaceError {
 };
 
 SurfaceError surface_error(const SurfaceErrorInput& input, double limit_m);
+/// Again and again, of a mesh that changes; see SurfaceMemory.
+SurfaceError surface_error(const SurfaceErrorInput& input, double limit_m, SurfaceMemory& memory);
 
-/// The triangles of its over_limit alone, for a fraction of the work.
-std::vector<std::uint32_t> triangles_over(const SurfaceErrorInput& input, double limit_m);
+/// Of over_limit.
+std::vector<std::uint32_t> triangles_over(const SurfaceError& error);
 
 }  // namespace cordillera::gpu

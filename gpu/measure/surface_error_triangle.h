@@ -134,7 +134,8 @@ CORDILLERA_HD inline std::int32_t small_units(const TileFacts& tile, const proto
 
 /// Of two triangles at an edge, the one that sees it run north (or due east) counts its samples; on the tile's border the only
 /// one does.
-CORDILLERA_HD inline bool counts_edge(std::int32_t side, const Corner& from, const Corner& to) {
+template <class Place>
+CORDILLERA_HD bool counts_edge(std::int32_t side, const Place& from, const Place& to) {
   const bool border = (from.x == to.x && (from.x == 0 || from.x == side)) || (from.y == to.y && (from.y == 0 || from.y == side));
   return border || to.y > from.y || (to.y == from.y && to.x > from.x);
 }

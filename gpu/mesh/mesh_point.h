@@ -7,6 +7,7 @@ namespace cordillera::gpu {
 /// Tile-local units, and height in kHeightStep_m.
 struct MeshPoint {
   std::int32_t x = 0, y = 0, height = 0;
+  bool operator==(const MeshPoint&) const = default;
 };
 
 /// Positive when counter-clockwise.

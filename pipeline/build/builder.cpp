@@ -313,10 +313,12 @@ proto::Result<FinishedTask> Builder::block(const proto::TileAddress& node, const
   if (!any) return stop_ ? proto::Result<FinishedTask>(kCancelled) : task;
   share(kReadShare);
   const gpu::SampleFrames frames(lattice_, *samples);
+  const SampleCounts counts(lattice_, *samples, workers_);
   Tiles below;
   for (int z = lattice_.finest_level; z >= node.z; --z) {
     LevelContext context{&lattice_, &level_plan(plan_, z), plan_.promise(), &*samples};
     context.frames = &frames;
+    context.counts = &counts;
     context.rim_reach = rim_reach(lattice_, node.z);
     context.merges_above = z == node.z && z > static_cast<int>(plan_.min_level());
     context.height_rounds = height_rounds(plan_.options());

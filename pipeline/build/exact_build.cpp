@@ -6,6 +6,7 @@
 
 #include "gpu/device/device_lost.h"
 #include "gpu/measure/sample_frames.h"
+#include "gpu/measure/surface_memory.h"
 #include "pipeline/build/pixel_error.h"
 #include "pipeline/build/side_vertices.h"
 #include "pipeline/build/tile_output.h"
@@ -41,6 +42,7 @@ class BlockBuild {
         place_(place),
         curve_(curve_of(plan, place_)),
         frames_(lattice_, samples),
+        counts_(lattice_, samples, team.workers),
         asked_(levels_of_block(plan, node.z, place)),
         keeps_squares_(place.merged_above && merged_at_once(plan)) {
     if (keeps_squares_) asked_.known_reach = most_rim_reach(plan);
@@ -96,6 +98,7 @@ class BlockBuild {
   EncodedLevel encoded(int z, const BlockMesh& mesh) {
     LevelContext context{&lattice_, &level_plan(plan_, z), plan_.promise(), &samples_};
     context.frames = &frames_;
+    context.counts = &counts_;
     const bool handed_up = place_.merged_above && !keeps_squares_ && z <= node_.z + 1;
     std::vector<BuiltTile> tiles = tiles_of_block(plan_, place_, z, mesh, handed_up ? TileParts::whole : TileParts::published);
     std::vector<double> above(tiles.size());
@@ -107,7 +110,8 @@ class BlockBuild {
       if (finest) {
         finished = finish_finest(plan_, context, tiles[k], team_.pixels(tiles[k].tile, worker), Measure::always);
       } else {
-        finished.above_m = measure_exact(context, tiles[k]);
+        gpu::SurfaceMemory memory;
+        finished.above_m = measure_exact(context, tiles[k], memory);
         finished.tile = encode_tile(context, tiles[k], plan_.options());
       }
       above[k] = finished.above_m;
@@ -169,6 +173,7 @@ class BlockBuild {
   const BlockPlace place_;
   const BlockCurve curve_;
   const gpu::SampleFrames frames_;
+  const SampleCounts counts_;
   gpu::exact::BlockPlan asked_;
   const bool keeps_squares_;  ///< for levels that are made at once above all blocks
   KeptBlock kept_;

@@ -3,151 +3,128 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <optional>
-#include <span>
+#include <tuple>
 #include <utility>
 
 #include "gpu/measure/sample_meter.h"
-#include "gpu/measure/surface_error_plane.h"
+#include "gpu/measure/surface_memory.h"
 #include "gpu/measure/upright.h"
 #include "gpu/refine/height_step.h"
-#include "pipeline/bound/earth.h"
+#include "pipeline/bound/overlay.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/store/pixel_error_sum.h"
 #include "pipeline/tile/sample_at.h"
+#include "pipeline/tile/tile_error.h"
 #include "raster/sample/back_projection.h"
 
 namespace cordillera::pipeline {
-namespace {
 
-/// Pixels by the cell that they lie in.
-class PixelsByCell {
- public:
-  PixelsByCell(const std::vector<raster::PixelPoint>& pixels, std::int32_t side)
-      : side_(side), start_(static_cast<std::size_t>(side) * static_cast<std::size_t>(side) + 1, 0) {
-    for (const raster::PixelPoint& pixel : pixels) ++start_[cell_of(pixel) + 1];
-    for (std::size_t k = 1; k < start_.size(); ++k) start_[k] += start_[k - 1];
-    std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
-    order_.resize(pixels.size());
-    for (std::size_t k = 0; k < pixels.size(); ++k) order_[next[cell_of(pixels[k])]++] = static_cast<std::uint32_t>(k);
-  }
-  /// In a cell that has any there are more than this on average: no samples meet them all.
-  bool crowd() const {
-    constexpr double kMost = 1.5;
-    std::size_t cells = 0;
-    for (std::size_t k = 1; k < start_.size(); ++k) cells += start_[k] > start_[k - 1] ? 1 : 0;
-    return static_cast<double>(order_.size()) > kMost * static_cast<double>(cells);
-  }
-  /// Those in cells west .. east of a row.
-  std::span<const std::uint32_t> row(std::int32_t row, std::int32_t west, std::int32_t east) const {
-    const auto from = static_cast<std::size_t>(row * side_);
-    const std::uint32_t first = start_[from + static_cast<std::size_t>(west)],
-                        end = start_[from + static_cast<std::size_t>(east) + 1];
-    return {order_.data() + first, end - first};
-  }
-
- private:
-  std::size_t cell_of(const raster::PixelPoint& pixel) const {
-    const auto cell = [this](double at) { return std::min(static_cast<std::int32_t>(at), side_ - 1); };
-    return static_cast<std::size_t>(cell(pixel.y) * side_ + cell(pixel.x));
-  }
-  std::int32_t side_;
-  std::vector<std::uint32_t> start_, order_;
-};
-
-/// A triangle in plan and in space.
-struct Facet {
-  std::array<gpu::MeshPoint, 3> corner;
-  gpu::Plane plane;
-  gpu::HeightRange range;
-
-  /// Exact: places are multiples of 2^-20 of a cell.
-  bool holds(double x, double y) const {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const gpu::MeshPoint &a = corner[k], &b = corner[(k + 1) % 3];
-      if ((b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x) < 0) return false;
-    }
-    return true;
-  }
-
-  /// First and last cell of a row that it reaches into.
-  std::pair<std::int32_t, std::int32_t> stretch(std::int32_t row, std::int32_t side) const {
-    double west = side, east = 0;
-    const auto take = [&](double x) { west = std::min(west, x), east = std::max(east, x); };
-    for (std::size_t k = 0; k < 3; ++k) {
-      const gpu::MeshPoint &a = corner[k], &b = corner[(k + 1) % 3];
-      if (a.y >= row && a.y <= row + 1) take(a.x);
-      for (const std::int32_t y : {row, row + 1}) {
-        if ((a.y < y) != (b.y < y)) take(a.x + static_cast<double>(b.x - a.x) * (y - a.y) / (b.y - a.y));
-      }
-    }
-    return {std::clamp(static_cast<std::int32_t>(std::floor(west - 1e-6)), 0, side - 1),
-            std::clamp(static_cast<std::int32_t>(std::floor(east + 1e-6)), 0, side - 1)};
-  }
-};
-
-Facet facet_of(const Earth& earth, const std::array<gpu::MeshPoint, 3>& corners) {
-  Facet facet;
-  facet.corner = corners;
-  std::array<Spot, 3> spot;
-  for (std::size_t k = 0; k < 3; ++k) spot[k] = earth.at(corners[k]);
-  facet.plane = gpu::plane_of(spot[0].at, spot[1].at, spot[2].at);
+TilePixels::Facet::Facet(const Corners& corners, const std::array<Spot, 3>& spots)
+    : plane_(gpu::plane_of(spots[0].at, spots[1].at, spots[2].at)) {
   double edge2_m2 = 0;
   for (std::size_t k = 0; k < 3; ++k) {
-    const proto::Vec3 edge = spot[(k + 1) % 3].at - spot[k].at;
+    const std::size_t next = k == 2 ? 0 : k + 1;
+    const gpu::MeshPoint &a = corners[k], &b = corners[next];
+    const double dx = b.x - a.x, dy = b.y - a.y;
+    side_[k] = {static_cast<double>(a.x), static_cast<double>(a.y), dx, dy, dy == 0 ? 0 : dx / dy,
+                std::min(a.y, b.y),       std::max(a.y, b.y)};
+    const proto::Vec3 edge = spots[next].at - spots[k].at;
     edge2_m2 = std::max(edge2_m2, proto::dot(edge, edge));
   }
-  const auto [low, high] = std::minmax({spot[0].height_m, spot[1].height_m, spot[2].height_m});
-  facet.range = gpu::height_range(low, high, edge2_m2, proto::kHeightStep_m);
-  return facet;
+  std::tie(low_, high_) = std::minmax({corners[0].y, corners[1].y, corners[2].y});
+  const auto [low_m, high_m] = std::minmax({spots[0].height_m, spots[1].height_m, spots[2].height_m});
+  range_ = gpu::height_range(low_m, high_m, edge2_m2, proto::kHeightStep_m);
 }
 
-std::array<gpu::MeshPoint, 3> corners_of(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
-  const auto corner = [&](std::uint32_t v) { return gpu::MeshPoint{mesh.x[v], mesh.y[v], mesh.height[v]}; };
-  return {corner(triangle[0]), corner(triangle[1]), corner(triangle[2])};
+TilePixels::TilePixels(const proto::Lattice& lattice, const proto::TileAddress& tile, std::int32_t side,
+                       const std::vector<raster::PixelPoint>& pixels)
+    : earth_(lattice, tile),
+      side_(side),
+      start_(static_cast<std::size_t>(side) * static_cast<std::size_t>(side) + 2, 0),
+      pixels_(pixels.size()) {
+  // First each cell's end, at the next but one; then the next one's grows from the cell's start to its end.
+  for (const raster::PixelPoint& pixel : pixels) ++start_[cell_of(pixel) + 2];
+  for (std::size_t k = 1; k < start_.size(); ++k) start_[k] += start_[k - 1];
+  for (const raster::PixelPoint& pixel : pixels) {
+    const SurfacePoint place = earth_.place({pixel.x, pixel.y});
+    pixels_[start_[cell_of(pixel) + 1]++] = {pixel, place.at, place.up};
+  }
 }
 
-/// The pixels of a tile on the ellipsoid.
-class PlacedPixels {
- public:
-  PlacedPixels(const proto::Lattice& lattice, const proto::TileAddress& tile, std::int32_t side,
-               const std::vector<raster::PixelPoint>& pixels)
-      : pixels_(pixels), earth_(lattice, tile), cells_(pixels, side), side_(side) {}
+bool TilePixels::crowd() const {
+  constexpr double kMost = 1.5;
+  std::size_t cells = 0;
+  for (std::size_t k = 1; k < start_.size(); ++k) cells += start_[k] > start_[k - 1] ? 1 : 0;
+  return static_cast<double>(pixels_.size()) > kMost * static_cast<double>(cells);
+}
 
-  const raster::PixelPoint& operator[](std::uint32_t k) const { return pixels_[k]; }
-  bool crowd() const { return cells_.crowd(); }
+void TilePixels::see(const proto::TileMesh& mesh) {
+  seen_.resize(mesh.triangles.size());
+  for (std::size_t t = 0; t < seen_.size(); ++t) {
+    const auto corner = [&](std::uint32_t v) { return gpu::MeshPoint{mesh.x[v], mesh.y[v], mesh.height[v]}; };
+    const auto& [a, b, c] = mesh.triangles[t];
+    const Corners corners{corner(a), corner(b), corner(c)};
+    if (!is_published(mesh, mesh.triangles[t]) || corners == seen_[t].corners) continue;
+    Seen seen{corners, static_cast<std::uint32_t>(errors_.size())};
+    each_error(corners, [&](std::uint32_t pixel, double error_m) {
+      errors_.push_back({pixel, error_m});
+      seen.greatest_m = std::max(seen.greatest_m, error_m);
+      return true;
+    });
+    seen.end = static_cast<std::uint32_t>(errors_.size());
+    seen_[t] = seen;
+  }
+}
 
-  /// f(pixel, error in metres) for those in a triangle, its sides included, until it returns false.
-  template <class F>
-  void each_error(const std::array<gpu::MeshPoint, 3>& corners, const F& f) const {
-    const Facet facet = facet_of(earth_, corners);
-    if (!facet.plane.shows()) return;
-    const auto [low, high] = std::minmax({corners[0].y, corners[1].y, corners[2].y});
-    for (std::int32_t row = low; row < std::min(high + 1, side_); ++row) {
-      const auto [west, east] = facet.stretch(row, side_);
-      for (const std::uint32_t k : cells_.row(row, west, east)) {
-        const raster::PixelPoint& pixel = pixels_[k];
-        if (!facet.holds(pixel.x, pixel.y)) continue;
-        const SurfacePoint place = earth_.place({pixel.x, pixel.y});
-        const double surface_m =
-            (facet.plane.offset - proto::dot(facet.plane.normal, place.at)) / proto::dot(facet.plane.normal, place.up);
-        if (!f(k, std::abs(facet.range.clamp(surface_m) - pixel.height_m))) return;
-      }
+std::vector<std::uint32_t> TilePixels::triangles_over(const proto::TileMesh& mesh, double limit_m) {
+  see(mesh);
+  std::vector<std::uint32_t> over;
+  for (std::uint32_t t = 0; t < seen_.size(); ++t) {
+    if (seen_[t].greatest_m > limit_m && is_published(mesh, mesh.triangles[t])) over.push_back(t);
+  }
+  return over;
+}
+
+proto::PixelErrors TilePixels::errors(const proto::TileMesh& mesh) {
+  see(mesh);
+  std::vector<std::uint8_t> counted(pixels_.size(), 0);
+  std::vector<std::uint32_t> counts;
+  proto::PixelErrors errors;
+  double greatest_m = 0, squares = 0;
+  std::uint32_t measured = 0;
+  for (std::size_t t = 0; t < seen_.size(); ++t) {
+    if (!is_published(mesh, mesh.triangles[t])) continue;
+    for (std::uint32_t k = seen_[t].first; k < seen_[t].end; ++k) {
+      const auto& [pixel, error_m] = errors_[k];
+      if (counted[pixel] != 0) continue;  // on a side that another triangle has, too
+      counted[pixel] = 1;
+      greatest_m = std::max(greatest_m, error_m);
+      squares += error_m * error_m;
+      const std::uint32_t step = pixel_error_step(error_m);
+      if (step >= counts.size()) counts.resize(step + 1, 0);
+      ++counts[step];
+      ++measured;
     }
   }
+  errors.set_max(greatest_m);
+  errors.set_sum_squared(squares);
+  errors.set_pixels(measured);
+  errors.set_uncovered(static_cast<std::uint32_t>(pixels_.size()) - measured);
+  const auto first = std::find_if(counts.begin(), counts.end(), [](std::uint32_t n) { return n > 0; });
+  errors.set_first(static_cast<std::uint32_t>(first - counts.begin()));
+  errors.mutable_counts()->Add(first, counts.end());
+  return errors;
+}
 
- private:
-  const std::vector<raster::PixelPoint>& pixels_;
-  const Earth earth_;
-  const PixelsByCell cells_;
-  const std::int32_t side_;
-};
+namespace {
 
 /// The greater of a triangle's error at samples and at pixels. Where a pixel is too far off, the vertices of the lattice around
 /// it are offered: between those three, the lattice itself meets it.
 class PixelMeter final : public gpu::ErrorMeter {
  public:
-  PixelMeter(const gpu::ErrorMeter& at_samples, const PlacedPixels& pixels, const proto::TileAddress& tile,
+  PixelMeter(const gpu::ErrorMeter& at_samples, const TilePixels& pixels, const proto::TileAddress& tile,
              const proto::Lattice& lattice, const proto::Samples& samples)
       : at_samples_(at_samples),
         pixels_(pixels),
@@ -231,7 +208,7 @@ class PixelMeter final : public gpu::ErrorMeter {
   std::int32_t sample(std::int64_t i, std::int64_t j) const { return sample_at(samples_, lattice_, i, j); }
 
   const gpu::ErrorMeter& at_samples_;
-  const PlacedPixels& pixels_;
+  const TilePixels& pixels_;
   const proto::Lattice& lattice_;
   const proto::Samples& samples_;
   const std::int64_t west_, south_;
@@ -244,52 +221,7 @@ constexpr std::size_t kMostStuck = 256;
 constexpr int kMostRounds = 3;
 constexpr std::size_t kMostAgain = 16;
 
-/// Indices of the triangles that are farther than the limit from a pixel.
-std::vector<std::uint32_t> triangles_over(const PlacedPixels& pixels, const proto::TileMesh& mesh, double limit_m) {
-  std::vector<std::uint32_t> over;
-  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (!is_published(mesh, mesh.triangles[t])) continue;
-    bool far = false;
-    pixels.each_error(corners_of(mesh, mesh.triangles[t]),
-                      [&](std::uint32_t, double error_m) { return !(far = error_m > limit_m); });
-    if (far) over.push_back(t);
-  }
-  return over;
-}
-
 }  // namespace
-
-proto::PixelErrors pixel_errors(const proto::Lattice& lattice, const proto::TileAddress& tile, const proto::TileMesh& mesh,
-                                const std::vector<raster::PixelPoint>& pixels) {
-  const PlacedPixels placed(lattice, tile, mesh.side, pixels);
-  std::vector<std::uint8_t> seen(pixels.size(), 0);
-  std::vector<std::uint32_t> counts;
-  proto::PixelErrors errors;
-  double greatest_m = 0, squares = 0;
-  std::uint32_t measured = 0;
-  for (const auto& triangle : mesh.triangles) {
-    if (!is_published(mesh, triangle)) continue;
-    placed.each_error(corners_of(mesh, triangle), [&](std::uint32_t k, double error_m) {
-      if (seen[k] != 0) return true;  // on a side that another triangle has, too
-      seen[k] = 1;
-      greatest_m = std::max(greatest_m, error_m);
-      squares += error_m * error_m;
-      const std::uint32_t step = pixel_error_step(error_m);
-      if (step >= counts.size()) counts.resize(step + 1, 0);
-      ++counts[step];
-      ++measured;
-      return true;
-    });
-  }
-  errors.set_max(greatest_m);
-  errors.set_sum_squared(squares);
-  errors.set_pixels(measured);
-  errors.set_uncovered(static_cast<std::uint32_t>(pixels.size()) - measured);
-  const auto first = std::find_if(counts.begin(), counts.end(), [](std::uint32_t n) { return n > 0; });
-  errors.set_first(static_cast<std::uint32_t>(first - counts.begin()));
-  errors.mutable_counts()->Add(first, counts.end());
-  return errors;
-}
 
 std::vector<raster::PixelPoint> pixels_of(const proto::Lattice& lattice, const proto::TileAddress& tile, raster::Source& source) {
   const std::int64_t west = lattice.west(tile), south = lattice.south(tile), side = lattice.tile_units(tile.z);
@@ -297,33 +229,25 @@ std::vector<raster::PixelPoint> pixels_of(const proto::Lattice& lattice, const p
   return pixels.ok() ? std::move(*pixels) : std::vector<raster::PixelPoint>();
 }
 
-MetPixels meet_pixels(const LevelContext& context, BuiltTile& built, const std::vector<raster::PixelPoint>& pixels) {
-  const PlacedPixels placed(*context.lattice, built.tile, built.mesh.side, pixels);
-  if (placed.crowd()) return {};
+MetPixels meet_pixels(const LevelContext& context, BuiltTile& built, TilePixels& pixels, gpu::SurfaceMemory& memory) {
+  if (pixels.crowd()) return {};
   const double limit_m = context.level->target() - gpu::kGrace_m;
-  std::vector<std::uint32_t> over = triangles_over(placed, built.mesh, limit_m);
+  std::vector<std::uint32_t> over = pixels.triangles_over(built.mesh, limit_m);
   if (over.empty()) return {};
-  gpu::SurfaceErrorInput input;
-  input.lattice = context.lattice;
-  input.tile = built.tile;
-  input.mesh = &built.mesh;
-  input.samples = context.samples;
-  input.ecef_step_m = context.level->ecef_step();
-  input.frames = context.frames;
+  const gpu::SurfaceErrorInput input = surface_input(context, built);
   const std::int32_t step = height_step(*context.level);
   const gpu::SampleMeter samples(input, step);
   const gpu::Upright upright({context.lattice, built.tile, built.mesh.side, context.level->ecef_step()});
   const gpu::UprightMeter in_space(samples, upright);
-  const PixelMeter at_pixels(in_space, placed, built.tile, *context.lattice, *context.samples);
+  const PixelMeter at_pixels(in_space, pixels, built.tile, *context.lattice, *context.samples);
   const gpu::SteppedMeter with_pixels(at_pixels, step), samples_alone(in_space, step);
   const auto broken = [&](const proto::TileMesh& mesh) {
     gpu::SurfaceErrorInput asked = input;
     asked.mesh = &mesh;
-    std::vector<std::uint32_t> all = gpu::triangles_over(asked, limit_m);
-    const std::vector<std::uint32_t> turned = gpu::turned_triangles(upright, mesh);
-    all.insert(all.end(), turned.begin(), turned.end());
-    std::sort(all.begin(), all.end());
-    all.erase(std::unique(all.begin(), all.end()), all.end());
+    const std::vector<std::uint32_t> over_limit = gpu::triangles_over(gpu::surface_error(asked, limit_m, memory)),
+                                     turned = gpu::turned_triangles(upright, mesh);
+    std::vector<std::uint32_t> all;
+    std::set_union(over_limit.begin(), over_limit.end(), turned.begin(), turned.end(), std::back_inserter(all));
     return all;
   };
   MetPixels met;
@@ -332,7 +256,7 @@ MetPixels meet_pixels(const LevelContext& context, BuiltTile& built, const std::
     gpu::Refined refined = gpu::refine(built.mesh, with_pixels, limit_m, over, SIZE_MAX);
     met.inserted += refined.inserted;
     for (int round = 0; round < kMostRounds && refined.over > 0; ++round) {
-      const std::vector<std::uint32_t> left = triangles_over(placed, built.mesh, limit_m);
+      const std::vector<std::uint32_t> left = pixels.triangles_over(built.mesh, limit_m);
       if (left.empty() || left.size() > (round == 0 ? kMostStuck : kMostAgain)) break;
       refined = gpu::refine_stuck(built.mesh, with_pixels, limit_m, left);
       met.inserted += refined.inserted;
@@ -360,7 +284,7 @@ MetPixels meet_pixels(const LevelContext& context, BuiltTile& built, const std::
       met.inserted = inserted;
       break;
     }
-    std::vector<std::uint32_t> next = triangles_over(placed, built.mesh, limit_m);
+    std::vector<std::uint32_t> next = pixels.triangles_over(built.mesh, limit_m);
     if (next.size() >= over.size()) break;
     over = std::move(next);
   }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "gpu/measure/surface_error_row.h"
+#include "gpu/measure/surface_memory.h"
 #include "pipeline/build/exact/exact_block.h"
 #include "pipeline/build/pixel_error.h"
 #include "pipeline/build/skirt_depth.h"
@@ -13,27 +14,21 @@
 #include "pipeline/encode/published_mesh.h"
 #include "pipeline/encode/tile_glb.h"
 #include "pipeline/plan/plan.h"
+#include "proto/integers.h"
 
 namespace cordillera::pipeline {
 namespace {
 
-/// Finest samples with data, and the flat ones among them; western and southern border only, so that tiles add up. Their least
-/// and greatest height: of all of them, for the samples of a border may be all that a neighbour has, which then publishes
-/// nothing.
-void count_samples(const LevelContext& context, const proto::TileAddress& tile, proto::TileRecord& record) {
-  const proto::Lattice& lattice = *context.lattice;
-  const proto::Samples& samples = *context.samples;
-  const std::int64_t units = lattice.tile_units(tile.z), south = lattice.south(tile);
-  std::int64_t west = lattice.west(tile);
-  while (west + units <= samples.west) west += lattice.columns();
-  while (west >= samples.west + samples.columns) west -= lattice.columns();
+/// Of a square of so many cells; south_west: on the samples' turn.
+SampleCount count_square(const proto::Lattice& lattice, const proto::Samples& samples, std::int64_t west, std::int64_t south,
+                         std::int64_t units) {
   // The last row and column of the lattice's rectangle belong to the tile that ends there.
   const std::int64_t north = south + units + (south + units == lattice.rows() ? 1 : 0);
   const std::int64_t first = std::max(west, samples.west), last = std::min(west + units + 1, samples.west + samples.columns);
   const auto own = static_cast<std::size_t>(std::max<std::int64_t>(std::min(last, west + units) - first, 0));
   const auto all = static_cast<std::size_t>(std::max<std::int64_t>(last - first, 0));
   gpu::RowHeights counted, beside;
-  std::uint32_t flat = 0, filled = 0;
+  SampleCount count;
   for (std::int64_t j = std::max(south, samples.south); all > 0 && j < std::min(south + units + 1, samples.south + samples.rows);
        ++j) {
     const auto at = static_cast<std::size_t>((j - samples.south) * samples.columns + (first - samples.west));
@@ -43,19 +38,23 @@ void count_samples(const LevelContext& context, const proto::TileAddress& tile, 
     gpu::see_heights(height + mine, all - mine, beside);
     for (std::size_t k = 0; k < mine && !samples.flat_water.empty(); ++k) {
       const unsigned mark = height[k] == proto::kNoHeight ? 0 : samples.flat_water[at + k];
-      flat += mark & proto::kFlatWater ? 1 : 0;
-      filled += mark & proto::kFilledVoid ? 1 : 0;
+      count.flat += mark & proto::kFlatWater ? 1 : 0;
+      count.filled += mark & proto::kFilledVoid ? 1 : 0;
     }
   }
-  const auto valid = static_cast<std::uint32_t>(counted.valid);
-  record.set_valid_samples(valid);
-  record.set_flat_samples(flat);
-  record.set_filled_samples(filled);
-  record.set_flat_water(valid > 0 && flat == valid);
-  const std::int32_t lowest = std::min(counted.lowest, beside.lowest), highest = std::max(counted.highest, beside.highest);
-  if (lowest > highest) return;
-  record.set_lowest_sample(lowest * proto::kHeightStep_m);
-  record.set_highest_sample(highest * proto::kHeightStep_m);
+  count.valid = static_cast<std::uint32_t>(counted.valid);
+  count.lowest = std::min(counted.lowest, beside.lowest), count.highest = std::max(counted.highest, beside.highest);
+  return count;
+}
+
+void set_counts(const SampleCount& count, proto::TileRecord& record) {
+  record.set_valid_samples(count.valid);
+  record.set_flat_samples(count.flat);
+  record.set_filled_samples(count.filled);
+  record.set_flat_water(count.valid > 0 && count.flat == count.valid);
+  if (count.lowest > count.highest) return;
+  record.set_lowest_sample(count.lowest * proto::kHeightStep_m);
+  record.set_highest_sample(count.highest * proto::kHeightStep_m);
 }
 
 void count_mesh(const BuiltTile& built, const PublishedMesh& published, proto::TileRecord& record) {
@@ -119,6 +118,41 @@ const proto::LevelPlan* level_of(const proto::Plan& plan, std::uint32_t z) {
 
 }  // namespace
 
+SampleCounts::SampleCounts(const proto::Lattice& lattice, const proto::Samples& samples, Workers& workers)
+    : lattice_(lattice),
+      samples_west_(samples.west),
+      samples_east_(samples.west + samples.columns),
+      west_(proto::floor_divide(samples.west - 1, proto::kTileCells)),
+      south_(proto::floor_divide(samples.south - 1, proto::kTileCells)),
+      across_(proto::floor_divide(samples_east_ - 1, proto::kTileCells) - west_ + 1) {
+  const std::int64_t rows = proto::floor_divide(samples.south + samples.rows - 1, proto::kTileCells) - south_ + 1;
+  squares_.resize(static_cast<std::size_t>(across_ * rows));
+  workers.each(squares_.size(), [&](std::size_t k, unsigned) {
+    const std::int64_t row = south_ + static_cast<std::int64_t>(k) / across_,
+                       column = west_ + static_cast<std::int64_t>(k) % across_;
+    squares_[k] = count_square(lattice, samples, column * proto::kTileCells, row * proto::kTileCells, proto::kTileCells);
+  });
+}
+
+SampleCount SampleCounts::of(const proto::TileAddress& tile) const {
+  const std::int64_t units = lattice_.tile_units(tile.z), south = lattice_.south(tile) / proto::kTileCells,
+                     squares = units / proto::kTileCells;
+  std::int64_t west = lattice_.west(tile);
+  while (west + units <= samples_west_) west += lattice_.columns();
+  while (west >= samples_east_) west -= lattice_.columns();
+  west = proto::floor_divide(west, proto::kTileCells);
+  const std::int64_t rows = static_cast<std::int64_t>(squares_.size()) / across_;
+  SampleCount sum;
+  for (std::int64_t row = std::max(south, south_); row < std::min(south + squares, south_ + rows); ++row) {
+    for (std::int64_t column = std::max(west, west_); column < std::min(west + squares, west_ + across_); ++column) {
+      const SampleCount& count = squares_[static_cast<std::size_t>((row - south_) * across_ + column - west_)];
+      sum.valid += count.valid, sum.flat += count.flat, sum.filled += count.filled;
+      sum.lowest = std::min(sum.lowest, count.lowest), sum.highest = std::max(sum.highest, count.highest);
+    }
+  }
+  return sum;
+}
+
 std::optional<EncodedTile> encode_tile(const LevelContext& context, const BuiltTile& built, const proto::BuildOptions& options) {
   const PublishedMesh published = published_mesh(built.mesh);
   if (published.empty()) return std::nullopt;
@@ -126,10 +160,10 @@ std::optional<EncodedTile> encode_tile(const LevelContext& context, const BuiltT
   proto::TileRecord& record = encoded.record;
   count_mesh(built, published, record);
   const EncodeInput input = encode_input(context, built, published, options);
-  encoded.drc = encode_drc(input);
+  encoded.drc = encode_drc(input, published);
   record.set_drc_bytes(static_cast<std::uint32_t>(encoded.drc.size()));
-  for (const double bound : tile_region(input)) record.add_region(bound);
-  if (context.samples) count_samples(context, built.tile, record);
+  for (const double bound : tile_region(input, published)) record.add_region(bound);
+  if (context.counts) set_counts(context.counts->of(built.tile), record);
   return encoded;
 }
 
@@ -154,22 +188,24 @@ proto::Result<std::string> tile_glb(const proto::Plan& plan, const proto::TileRe
   try {
     EncodeInput input = encode_input(context, built, published, plan.options());
     input.shading = shading;
-    return encode_glb(input);
+    return encode_glb(input, published);
   } catch (const std::invalid_argument& failed) { return no_glb(failed.what()); }
 }
 
 FinishedFinest finish_finest(const proto::Plan& plan, const LevelContext& context, BuiltTile& built,
                              const std::vector<raster::PixelPoint>& pixels, Measure measure) {
   FinishedFinest finished;
+  TilePixels placed(*context.lattice, built.tile, built.mesh.side, pixels);
+  gpu::SurfaceMemory memory;
   bool changed = false;
   if (context.promise && pixels_within_m(plan) > 0) {
-    MetPixels met = meet_pixels(context, built, pixels);
+    MetPixels met = meet_pixels(context, built, placed, memory);
     changed = met.inserted > 0;
     finished.on_sides = std::move(met.on_sides);
   }
-  if (changed || measure == Measure::always) finished.above_m = measure_exact(context, built);
+  if (changed || measure == Measure::always) finished.above_m = measure_exact(context, built, memory);
   finished.tile = encode_tile(context, built, plan.options());
-  if (finished.tile) *finished.tile->record.mutable_pixels() = pixel_errors(*context.lattice, built.tile, built.mesh, pixels);
+  if (finished.tile) *finished.tile->record.mutable_pixels() = placed.errors(built.mesh);
   return finished;
 }
 

@@ -6,11 +6,33 @@
 
 #include "cordillera.pb.h"
 #include "gpu/mesh/mesh_point.h"
+#include "pipeline/build/workers.h"
 #include "pipeline/store/store.h"
 #include "pipeline/tile/tile_mesh.h"
 #include "raster/source.h"
 
 namespace cordillera::pipeline {
+
+/// Finest samples with data, and the flat and the filled ones among them; of a tile's western and southern border only, so that
+/// tiles add up. Their least and greatest height, kHeightStep_m: of all of them, for the samples of a border may be all that a
+/// neighbour has, which then publishes nothing.
+struct SampleCount {
+  std::uint32_t valid = 0, flat = 0, filled = 0;
+  std::int32_t lowest = INT32_MAX, highest = INT32_MIN;
+};
+
+/// The samples of a block, counted once for the tiles of all its levels. Borrows the lattice.
+class SampleCounts {
+ public:
+  SampleCounts(const proto::Lattice& lattice, const proto::Samples& samples, Workers& workers);
+  SampleCount of(const proto::TileAddress& tile) const;
+
+ private:
+  const proto::Lattice& lattice_;
+  const std::int64_t samples_west_, samples_east_;
+  const std::int64_t west_, south_, across_;  ///< in tiles of the finest level
+  std::vector<SampleCount> squares_;          ///< of these, by rows from the south-west
+};
 
 /// nullopt: the tile publishes no triangle. options: of the plan; what its tiles are to carry.
 std::optional<EncodedTile> encode_tile(const LevelContext& context, const BuiltTile& built, const proto::BuildOptions& options);

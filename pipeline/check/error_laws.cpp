@@ -51,7 +51,7 @@ void ErrorLaws::add(const CheckedTile& tile, double stated_m, Report& report) {
   if (!samples) return report.findings.add(name_of(tile.tile), "the raster cannot be read there: " + samples.problem().detail);
   const proto::TileMesh mesh = tile_mesh_of(tile.drc);
   if (tile.tile.z == lattice.finest_level)
-    pixels_.add(pixel_errors(lattice, tile.tile, mesh, pixels_of(lattice, tile.tile, *source_)));
+    pixels_.add(TilePixels(lattice, tile.tile, mesh.side, pixels_of(lattice, tile.tile, *source_)).errors(mesh));
   gpu::SurfaceErrorInput input;
   input.lattice = &lattice;
   input.tile = tile.tile;

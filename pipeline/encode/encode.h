@@ -41,6 +41,8 @@ inline constexpr std::array<double, 3> kGround = {0.47, 0.43, 0.33};
 /// sides, as those of a photo do.
 inline constexpr std::uint32_t kNormalMapSide = proto::kTileCells + 1;
 
+struct PublishedMesh;
+
 struct EncodeInput {
   const proto::Lattice* lattice = nullptr;
   proto::TileAddress tile;
@@ -54,20 +56,25 @@ struct EncodeInput {
   std::string attribution;
 };
 
+/// published: of the input's mesh, here and below; made for the call where it is not given.
+///
 /// Draco mesh, lossless: POSITION is int32 (u, v, h): tile-local units from the south-west and steps of the level's height step.
 /// Metadata: z, x, y, side (units a tile side), height_step. The formula:
 ///   lon = -180 + (x + u / side) * 180 / 2^z,  lat = -90 + (y + v / side) * 180 / 2^z,  height = h * height_step
-std::string encode_drc(const EncodeInput& input);
+std::string encode_drc(const EncodeInput& input, const PublishedMesh& published);
 
 /// glTF 2.0 binary, KHR_draco_mesh_compression; ECEF positions rounded to multiples of ecef_step_m, relative to a translation
 /// that is itself a multiple of it, the glTF y-up rotation excepted; what the shading asks for; skirts, where data reaches a side
 /// of the tile, as a primitive of their own. Vertices where two rims touch are split, so every primitive is a manifold.
-std::string encode_glb(const EncodeInput& input);
+std::string encode_glb(const EncodeInput& input, const PublishedMesh& published);
 // Both give an empty string when the tile has no published triangle.
+std::string encode_drc(const EncodeInput& input);
+std::string encode_glb(const EncodeInput& input);
 
 /// For TileRecord::region: west, south, east, north (radians), lowest, highest (metres). Contains every decoded .glb point,
 /// skirts too, and all triangles between them: chords sag and bulge poleward. Longitudes are clamped to [-pi, pi]. Not for empty
 /// tiles.
+std::array<double, 6> tile_region(const EncodeInput& input, const PublishedMesh& published);
 std::array<double, 6> tile_region(const EncodeInput& input);
 
 /// The finest ecef_step_m that holds any tile of a level: Draco keeps 23 bits of a coordinate exactly. Coarser powers of two are

@@ -4,14 +4,15 @@
 
 namespace cordillera::pipeline {
 
-std::string encode_drc(const EncodeInput& input) {
+std::string encode_drc(const EncodeInput& input) { return encode_drc(input, published_mesh(*input.mesh)); }
+
+std::string encode_drc(const EncodeInput& input, const PublishedMesh& published) {
   const proto::TileMesh& mesh = *input.mesh;
-  PublishedMesh published = published_mesh(mesh);
   if (published.empty()) return {};
   LatticeMesh out;
   out.points.reserve(published.source.size());
   for (const std::uint32_t v : published.source) out.points.push_back({mesh.x[v], mesh.y[v], mesh.height[v] / input.height_step});
-  out.triangles = std::move(published.triangles);
+  out.triangles = published.triangles;
   out.z = input.tile.z;
   out.x = input.tile.x;
   out.y = input.tile.y;

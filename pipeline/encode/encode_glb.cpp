@@ -31,12 +31,11 @@ std::array<float, 2> texcoord(const std::array<double, 2>& place) {
   return {at(place[0]), at(1 - place[1])};
 }
 
-LitSurface relative(const LitMesh::Surface& surface, Vec3 translation, Normals normals) {
+LitSurface relative(const LitMesh::Surface& surface, Vec3 translation) {
   LitSurface out;
   for (const Vec3& p : surface.points) out.positions.push_back(y_up(p - translation));
   out.triangles = surface.triangles;
   for (const auto& place : surface.places) out.texcoords.push_back(texcoord(place));
-  if (normals == Normals::none) return out;
   for (const Vec3& n : surface.normals) out.normals.push_back(y_up(n));
   for (const Vec3& e : surface.east) {
     const auto [x, y, z] = y_up(e);
@@ -166,13 +165,15 @@ std::string document_json(Document& doc, const EncodeInput& input, Vec3 t) {
 
 }  // namespace
 
-std::string encode_glb(const EncodeInput& input) {
-  const LitMesh mesh = lit_mesh(input);
+std::string encode_glb(const EncodeInput& input) { return encode_glb(input, published_mesh(*input.mesh)); }
+
+std::string encode_glb(const EncodeInput& input, const PublishedMesh& published) {
+  const LitMesh mesh = lit_mesh(input, published);
   if (mesh.terrain.triangles.empty()) return {};
   const FloatGrid grid{static_cast<float>(mesh.step_m), mesh.bits};
   Document doc;
-  add_primitive(doc, relative(mesh.terrain, mesh.translation, input.shading.normals), grid);
-  if (!mesh.skirts.triangles.empty()) add_primitive(doc, relative(mesh.skirts, mesh.translation, input.shading.normals), grid);
+  add_primitive(doc, relative(mesh.terrain, mesh.translation), grid);
+  if (!mesh.skirts.triangles.empty()) add_primitive(doc, relative(mesh.skirts, mesh.translation), grid);
   std::string json = document_json(doc, input, mesh.translation);
   return pack_glb(std::move(json), std::move(doc.binary));
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "gpu/measure/surface_error_plane.h"
 #include "pipeline/encode/draco_mesh.h"
 
 namespace cordillera::pipeline {
@@ -13,10 +14,6 @@ namespace {
 using proto::Vec3;
 
 constexpr std::uint32_t kNone = UINT32_MAX;
-
-Vec3 rounded(Vec3 p, double step) {
-  return {std::nearbyint(p.x / step) * step, std::nearbyint(p.y / step) * step, std::nearbyint(p.z / step) * step};
-}
 
 Vec3 unit(Vec3 v, Vec3 fallback) {
   const double length = std::sqrt(dot(v, v));
@@ -112,8 +109,8 @@ LitMesh::Surface skirts(const EncodeInput& input, const PublishedMesh& mesh, con
     out.points.push_back(terrain.points[v]);
     const double height_m = input.mesh->height[mesh.source[v]] * proto::kHeightStep_m;
     const double depth_m = std::min(input.skirts.depth_m, height_m - input.skirts.floor_m);
-    out.points.push_back(rounded(ground.point(mesh.source[v], -depth_m), input.ecef_step_m));
-    out.normals.insert(out.normals.end(), 2, terrain.normals[v]);
+    out.points.push_back(gpu::round_to(ground.point(mesh.source[v], -depth_m), input.ecef_step_m));
+    if (!terrain.normals.empty()) out.normals.insert(out.normals.end(), 2, terrain.normals[v]);
     if (!terrain.east.empty()) out.east.insert(out.east.end(), 2, terrain.east[v]);
     if (!terrain.places.empty()) out.places.insert(out.places.end(), 2, terrain.places[v]);
     return top[v];
@@ -169,7 +166,7 @@ void centre(LitMesh& mesh) {
   };
   const std::array<Range, 3> box = {axis_range(&Vec3::x), axis_range(&Vec3::y), axis_range(&Vec3::z)};
   const auto middle = [](Range r) { return r.low + (r.high - r.low) / 2; };
-  mesh.translation = rounded({middle(box[0]), middle(box[1]), middle(box[2])}, mesh.step_m);
+  mesh.translation = gpu::round_to({middle(box[0]), middle(box[1]), middle(box[2])}, mesh.step_m);
   double steps = 1;
   const std::array<double, 3> origin = {mesh.translation.x, mesh.translation.y, mesh.translation.z};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -190,22 +187,22 @@ double smallest_ecef_step_m(int level) {
   return step;
 }
 
-LitMesh lit_mesh(const EncodeInput& input) {
+LitMesh lit_mesh(const EncodeInput& input, const PublishedMesh& published) {
   LitMesh out;
   out.step_m = input.ecef_step_m;
-  PublishedMesh mesh = touches_pole(input) ? published_mesh(without_lines_at_pole(input)) : published_mesh(*input.mesh);
-  if (mesh.empty()) mesh = published_mesh(*input.mesh);  // nothing but lines: a tile has a point at least
+  const PublishedMesh at_pole = touches_pole(input) ? published_mesh(without_lines_at_pole(input)) : PublishedMesh();
+  const PublishedMesh& mesh = at_pole.empty() ? published : at_pole;  // of nothing but lines, too: a tile has a point at least
   if (mesh.empty()) return out;
   const Ground ground(input);
-  for (const std::uint32_t v : mesh.source) out.terrain.points.push_back(rounded(ground.point(v, 0), out.step_m));
+  for (const std::uint32_t v : mesh.source) out.terrain.points.push_back(gpu::round_to(ground.point(v, 0), out.step_m));
   if (input.shading.normals == Normals::texture)
     stand_upright(mesh, ground, out.terrain);
-  else
+  else if (input.shading.normals == Normals::vertex)
     lean_on_triangles(input, mesh, ground, out.terrain);
   if (input.shading.has_places())
     for (const std::uint32_t v : mesh.source) out.terrain.places.push_back(ground.place(v));
   if (input.skirts.depth_m > 0) out.skirts = skirts(input, mesh, ground, out.terrain);
-  out.terrain.triangles = std::move(mesh.triangles);
+  out.terrain.triangles = mesh.triangles;
   centre(out);
   return out;
 }

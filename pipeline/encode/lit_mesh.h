@@ -13,7 +13,8 @@ namespace cordillera::pipeline {
 struct LitMesh {
   struct Surface {
     std::vector<proto::Vec3> points;            ///< ECEF metres, exact multiples of step_m: what a client decodes
-    std::vector<proto::Vec3> normals;           ///< unit, indexed by point; with Normals::texture the ellipsoid's
+    std::vector<proto::Vec3> normals;           ///< unit, indexed by point; with Normals::texture the ellipsoid's,
+                                                ///< none with Normals::none
     std::vector<proto::Vec3> east;              ///< unit, indexed by point; only with Normals::texture
     std::vector<std::array<double, 2>> places;  ///< shares of the tile's longitudes eastward and of its latitudes northward;
                                                 ///< where the tile has a picture
@@ -26,8 +27,8 @@ struct LitMesh {
   int bits = 0;             ///< of the quantisation that holds every point exactly
 };
 
-/// terrain is empty when nothing of the tile is published. Throws std::invalid_argument when the tile spans more than 2^23 steps
-/// (smallest_ecef_step_m() never does).
-LitMesh lit_mesh(const EncodeInput& input);
+/// published: of the input's mesh. terrain is empty when nothing of the tile is published. Throws std::invalid_argument when the
+/// tile spans more than 2^23 steps (smallest_ecef_step_m() never does).
+LitMesh lit_mesh(const EncodeInput& input, const PublishedMesh& published);
 
 }  // namespace cordillera::pipeline

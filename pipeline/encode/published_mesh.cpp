@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <numeric>
 
+#include "gpu/mesh/triangle_neighbours.h"
+
 namespace cordillera::pipeline {
 namespace {
 
 constexpr std::uint32_t kNoVertex = UINT32_MAX;
 
-// A half-edge is named by the corner it starts at: corner 3 t + c of triangle t, running to corner next(3 t + c).
+// Corner 3 t + c of triangle t is where the half-edge of that number starts; it runs to corner next(3 t + c).
 std::uint32_t next(std::uint32_t corner) { return corner % 3 == 2 ? corner - 2 : corner + 1; }
 
 std::vector<Triangle> visible_triangles(const proto::TileMesh& mesh) {
@@ -19,30 +21,6 @@ std::vector<Triangle> visible_triangles(const proto::TileMesh& mesh) {
     if (!is_void(t[0]) && !is_void(t[1]) && !is_void(t[2])) visible.push_back(t);
   }
   return visible;
-}
-
-// Indexed by corner: the half-edge that runs the other way, kNoVertex on the boundary.
-std::vector<std::uint32_t> twins(const std::vector<Triangle>& triangles) {
-  struct Edge {
-    std::uint64_t ends;
-    std::uint32_t corner;
-  };
-  const auto corners = static_cast<std::uint32_t>(3 * triangles.size());
-  std::vector<Edge> edges(corners);
-  for (std::uint32_t c = 0; c < corners; ++c) {
-    const std::uint64_t a = triangles[c / 3][c % 3], b = triangles[c / 3][next(c) % 3];
-    edges[c] = {std::min(a, b) << 32 | std::max(a, b), c};
-  }
-  std::sort(edges.begin(), edges.end(),
-            [](const Edge& p, const Edge& q) { return p.ends != q.ends ? p.ends < q.ends : p.corner < q.corner; });
-  std::vector<std::uint32_t> twin(corners, kNoVertex);
-  for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
-    if (edges[i].ends != edges[i + 1].ends) continue;
-    twin[edges[i].corner] = edges[i + 1].corner;
-    twin[edges[i + 1].corner] = edges[i].corner;
-    ++i;
-  }
-  return twin;
 }
 
 // Corners that are one vertex: those of one source vertex that a chain of shared edges connects.
@@ -67,10 +45,10 @@ class Fans {
 
 PublishedMesh published_mesh(const proto::TileMesh& mesh) {
   const std::vector<Triangle> visible = visible_triangles(mesh);
-  const std::vector<std::uint32_t> twin = twins(visible);
+  const std::vector<std::uint32_t> twin = gpu::twin_edges(visible);
   Fans fans(twin.size());
   for (std::uint32_t c = 0; c < twin.size(); ++c) {
-    if (twin[c] == kNoVertex || twin[c] < c) continue;
+    if (twin[c] == gpu::kNoEdge || twin[c] < c) continue;
     fans.join(c, next(twin[c]));
     fans.join(next(c), twin[c]);
   }
@@ -87,7 +65,7 @@ PublishedMesh published_mesh(const proto::TileMesh& mesh) {
     out.triangles[c / 3][c % 3] = v;
   }
   for (std::uint32_t c = 0; c < twin.size(); ++c) {
-    if (twin[c] == kNoVertex) out.boundary.push_back({out.triangles[c / 3][c % 3], out.triangles[c / 3][next(c) % 3]});
+    if (twin[c] == gpu::kNoEdge) out.boundary.push_back({out.triangles[c / 3][c % 3], out.triangles[c / 3][next(c) % 3]});
   }
   return out;
 }

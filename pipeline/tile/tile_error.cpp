@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "gpu/measure/sample_meter.h"
+#include "gpu/measure/surface_memory.h"
 #include "gpu/measure/upright.h"
 #include "gpu/measure/upright_flips.h"
 #include "gpu/refine/height_step.h"
@@ -36,7 +37,7 @@ std::vector<std::uint32_t> both(const std::vector<std::uint32_t>& a, const std::
 
 }  // namespace
 
-std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built, double limit_m) {
+gpu::SurfaceErrorInput surface_input(const LevelContext& context, const BuiltTile& built) {
   gpu::SurfaceErrorInput input;
   input.lattice = context.lattice;
   input.tile = built.tile;
@@ -44,22 +45,27 @@ std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built
   input.samples = context.samples;
   input.ecef_step_m = context.level->ecef_step();
   input.frames = context.frames;
+  return input;
+}
+
+std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built, double limit_m, gpu::SurfaceMemory& memory) {
+  const gpu::SurfaceErrorInput input = surface_input(context, built);
   limit_m -= gpu::kGrace_m;
   const gpu::Upright upright = upright_of(context, built);
   const std::int32_t step = height_step(*context.level);
   const gpu::SampleMeter samples(input, step);
   stand_up(built, upright, samples);
   if (context.promise) {
-    const std::vector<std::uint32_t> over = both(gpu::triangles_over(input, limit_m), gpu::turned_triangles(upright, built.mesh));
+    const std::vector<std::uint32_t> over =
+        both(gpu::triangles_over(gpu::surface_error(input, limit_m, memory)), gpu::turned_triangles(upright, built.mesh));
     const gpu::UprightMeter in_space(samples, upright);
     const gpu::SteppedMeter meter(in_space, step);
     if (!over.empty()) built.put_back = gpu::refine(built.mesh, meter, limit_m, over, SIZE_MAX).inserted;
     gpu::flip_turned(built.mesh, upright, samples, limit_m);
     if (context.height_rounds >= 0) gpu::thin(built.mesh, meter, {limit_m, context.height_rounds, step});
   }
-  built.measured = gpu::surface_error(input, limit_m);
-  std::vector<std::uint32_t> left;
-  for (const auto& worst : built.measured.over_limit) left.push_back(worst.triangle);
+  built.measured = gpu::surface_error(input, limit_m, memory);
+  const std::vector<std::uint32_t> left = gpu::triangles_over(built.measured);
   built.max_error_m = built.measured.max_m + gpu::kGrace_m;
   const std::vector<std::uint32_t> turned = gpu::turned_triangles(upright, built.mesh);
   built.turned = turned.size();

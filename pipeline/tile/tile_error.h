@@ -9,8 +9,12 @@ namespace cordillera::pipeline {
 
 inline constexpr double kLeastStepShare = 0.25;  ///< of the target, for the step above the blocks, even where children left less
 
-/// Against every finest sample; what exceeds the limit is refined. Returns the triangles that are still over it.
-std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built, double limit_m);
+/// A tile, and the samples that it is measured against.
+gpu::SurfaceErrorInput surface_input(const LevelContext& context, const BuiltTile& built);
+
+/// Against every finest sample; what exceeds the limit is refined. Returns the triangles that are still over it. memory: of the
+/// tile at that limit.
+std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built, double limit_m, gpu::SurfaceMemory& memory);
 
 /// Against finer surfaces, whose own errors are known. Returns the triangles that are still over the limit.
 std::vector<std::uint32_t> compose(const LevelContext& context, const PreparedTile& prepared, BuiltTile& built, double limit_m);

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "gpu/measure/surface_memory.h"
 #include "gpu/mesh/rings.h"
 #include "gpu/refine/height_step.h"
 #include "pipeline/bound/cover.h"
@@ -351,8 +352,9 @@ std::optional<BuiltTile> judge(const LevelContext& context, PreparedTile& prepar
   built.mesh = std::move(mesh);
   if (!context.measured) return built;
   const double limit_m = context.promise ? context.level->target() : INFINITY;
+  gpu::SurfaceMemory memory;
   const std::vector<std::uint32_t> over =
-      context.samples ? measure(context, built, limit_m) : compose(context, prepared, built, limit_m);
+      context.samples ? measure(context, built, limit_m, memory) : compose(context, prepared, built, limit_m);
   const std::vector<gpu::MeshPoint> bare = bare_samples(context, built);
   built.bare = bare.size();
   // Refinement leaves hardly anything: where valences or slivers gave it no room, another mesh will.

@@ -21,6 +21,8 @@ namespace cordillera::pipeline {
 /// Whether one of the tile's sides is a pole.
 inline bool is_at_pole(const proto::TileAddress& tile) { return tile.y == 0 || tile.y + 1 == proto::tiles_up(tile.z); }
 
+class SampleCounts;
+
 /// A finished mesh of a tile. Covers the whole rectangle; may be void throughout.
 struct BuiltTile {
   proto::TileAddress tile;
@@ -47,6 +49,7 @@ struct LevelContext {
   int height_rounds = 0;                    ///< see gpu::Thinning; below 0: nothing is thinned
   std::int64_t rim_reach = 0;  ///< units that samples reach beyond the block, see pipeline::rim_reach; 0: that of the level
   const gpu::SampleFrames* frames = nullptr;  ///< of samples, where more than one tile will be measured
+  const SampleCounts* counts = nullptr;       ///< of samples, where tiles will be encoded
 };
 
 /// A tile ready to be simplified: input mesh with border chains applied. nullopt: no valid sample, nothing to do.

@@ -52,9 +52,7 @@ inline SurfaceErrorInput input_of(const TileMesh& mesh, const proto::Samples& sa
 }
 
 inline std::vector<std::uint32_t> over(const TileMesh& mesh, const proto::Samples& samples, double limit_m) {
-  std::vector<std::uint32_t> found;
-  for (const auto& worst : surface_error(input_of(mesh, samples), limit_m).over_limit) found.push_back(worst.triangle);
-  return found;
+  return triangles_over(surface_error(input_of(mesh, samples), limit_m));
 }
 
 inline void expect_lawful(const TileMesh& mesh) {

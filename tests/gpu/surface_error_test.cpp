@@ -7,8 +7,10 @@
 #include <cmath>
 #include <functional>
 #include <random>
+#include <tuple>
 
 #include "gpu/measure/sample_frames.h"
+#include "gpu/measure/surface_memory.h"
 #include "gpu/simplify.h"
 
 namespace cordillera::gpu {
@@ -206,36 +208,62 @@ std::int32_t hills(std::int64_t i, std::int64_t j) {
 }
 std::int32_t sea(std::int64_t, std::int64_t) { return 0; }
 
-/// What is over a limit is so however it is asked for, and changes no other number.
+void expect_same(const SurfaceError& a, const SurfaceError& b) {
+  EXPECT_EQ(triangles_over(a), triangles_over(b));
+  EXPECT_EQ(std::tuple(a.max_m, a.sum_squared_m2, a.samples, a.uncovered, a.overcovered),
+            std::tuple(b.max_m, b.sum_squared_m2, b.samples, b.uncovered, b.overcovered));
+}
+
+/// A limit changes no other number.
 void agree_over_limits(const Scene& s, const SurfaceError& e) {
-  std::size_t found = 0;
   const SampleFrames frames(s.lattice, s.samples);
   SurfaceErrorInput in = s.input();
   in.frames = &frames;
-  for (const double share : {0.05, 0.5, 0.9, 0.999, 1.0}) {
-    const SurfaceError limited = surface_error(in, share * e.max_m);
-    std::vector<std::uint32_t> over;
-    for (const auto& worst : limited.over_limit) over.push_back(worst.triangle);
-    EXPECT_EQ(triangles_over(in, share * e.max_m), over);
-    EXPECT_EQ(limited.max_m, e.max_m);
-    EXPECT_EQ(limited.sum_squared_m2, e.sum_squared_m2);
-    found += over.size();
-  }
-  EXPECT_GT(found, 0u);
-  // A limit that what roundings may add decides.
   const SurfaceError all = surface_error(in, -1);
-  for (std::size_t k = 0; k < all.over_limit.size(); k += 1 + all.over_limit.size() / 24) {
-    const auto& [triangle, x, y, error_m] = all.over_limit[k];
-    const double limit_m = error_m * (1 - 1e-9);
-    std::vector<std::uint32_t> over;
-    for (const auto& worst : surface_error(in, limit_m).over_limit) over.push_back(worst.triangle);
-    EXPECT_EQ(triangles_over(in, limit_m), over) << "triangle " << triangle;
+  const auto expect_over = [&](double limit_m) {
+    SurfaceError expected = e;
+    for (const auto& worst : all.over_limit)
+      if (worst.error_m > limit_m) expected.over_limit.push_back(worst);
+    expect_same(surface_error(in, limit_m), expected);
+    return expected.over_limit.size();
+  };
+  std::size_t found = 0;
+  for (const double share : {0.05, 0.5, 0.9, 0.999, 1.0}) found += expect_over(share * e.max_m);
+  EXPECT_GT(found, 0u);
+  // One that what roundings may add decides.
+  for (std::size_t k = 0; k < all.over_limit.size(); k += 1 + all.over_limit.size() / 24)
+    expect_over(all.over_limit[k].error_m * (1 - 1e-9));
+}
+
+/// A mesh that changes is measured as if it were new: where an error grows, where the greatest one goes, and back again.
+void agree_in_memory(Scene s, double limit_m) {
+  SurfaceMemory memory;
+  const proto::TileMesh before = s.mesh;
+  const auto expect_as_new = [&] {
+    const SurfaceError fresh = s.measure(limit_m);
+    expect_same(surface_error(s.input(), limit_m, memory), fresh);
+    expect_same(surface_error(s.input(), limit_m, memory), fresh);
+  };
+  expect_as_new();
+  const auto apart = static_cast<std::uint32_t>(s.mesh.vertices() / 3), first = apart / 2;
+  for (std::uint32_t k = 0; k < 3; ++k) {
+    s.mesh.height[first + k * apart] += (300 - 100 * static_cast<std::int32_t>(k)) * 1024;
+    expect_as_new();
   }
+  for (std::uint32_t k = 0; k < 3; ++k) {
+    s.mesh.height[first + k * apart] = before.height[first + k * apart];
+    expect_as_new();
+  }
+  s.mesh.triangles.pop_back();
+  s.mesh.mark[s.mesh.triangles[9][0]] |= proto::kVoid;
+  std::swap(s.mesh.triangles[3], s.mesh.triangles[6]);
+  expect_as_new();
 }
 
 void agree(const Scene& s, double tight = 1.05) {
   const SurfaceError e = s.measure();
   agree_over_limits(s, e);
+  for (const double limit_m : {0.6 * e.max_m, 1e9}) agree_in_memory(s, limit_m);
   const Brute b = brute(s);
   ASSERT_GT(b.hits, b.samples);
   EXPECT_GE(e.max_m, b.max_m - 2e-3);

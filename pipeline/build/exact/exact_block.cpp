@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 
 #include "gpu/measure/upright.h"
 #include "pipeline/plan/block_grid.h"
@@ -175,30 +175,38 @@ gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, int coarsest, con
 
 namespace {
 
+constexpr std::uint32_t kUnnumbered = UINT32_MAX;
+
 /// Triangles of a tile, and the greatest bound of them.
 struct TileTriangles {
-  std::vector<const std::array<std::uint32_t, 3>*> all;
+  std::vector<std::uint32_t> all;
   float bound = 0;
 };
 
-proto::TileMesh mesh_of_tile(const gpu::exact::BlockMesh& mesh, const std::vector<const std::array<std::uint32_t, 3>*>& triangles,
-                             std::int64_t dx, std::int64_t dy, std::int32_t side) {
+/// number: indexed by the block's vertices, kUnnumbered before and after.
+proto::TileMesh mesh_of_tile(const gpu::exact::BlockMesh& mesh, const std::vector<std::uint32_t>& triangles, std::int64_t dx,
+                             std::int64_t dy, std::vector<std::uint32_t>& number) {
   std::vector<std::uint32_t> vertices;
-  for (const auto* triangle : triangles) vertices.insert(vertices.end(), triangle->begin(), triangle->end());
+  for (const std::uint32_t t : triangles) {
+    for (const std::uint32_t v : mesh.triangles[t]) {
+      if (std::exchange(number[v], 0) == kUnnumbered) vertices.push_back(v);
+    }
+  }
   std::sort(vertices.begin(), vertices.end());
-  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
   proto::TileMesh tile;
-  tile.side = side;
   for (const std::uint32_t v : vertices) {
+    number[v] = static_cast<std::uint32_t>(tile.vertices());
     tile.x.push_back(static_cast<std::int32_t>(mesh.x[v] + dx));
     tile.y.push_back(static_cast<std::int32_t>(mesh.y[v] + dy));
     tile.height.push_back(mesh.height[v]);
     tile.mark.push_back(mesh.is_void[v] ? proto::kVoid : 0);
   }
-  const auto local = [&](std::uint32_t v) {
-    return static_cast<std::uint32_t>(std::lower_bound(vertices.begin(), vertices.end(), v) - vertices.begin());
-  };
-  for (const auto* t : triangles) tile.triangles.push_back({local((*t)[0]), local((*t)[1]), local((*t)[2])});
+  tile.triangles.reserve(triangles.size());
+  for (const std::uint32_t t : triangles) {
+    const auto& [a, b, c] = mesh.triangles[t];
+    tile.triangles.push_back({number[a], number[b], number[c]});
+  }
+  for (const std::uint32_t v : vertices) number[v] = kUnnumbered;
   return tile;
 }
 
@@ -219,26 +227,32 @@ std::vector<BuiltTile> tiles_of_block(const proto::Plan& plan, const BlockPlace&
                                       TileParts parts) {
   const proto::Lattice lattice = lattice_of(plan);
   const std::int64_t units = lattice.tile_units(z);
-  std::map<std::pair<std::int64_t, std::int64_t>, TileTriangles> by_tile;  // row, then column
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+  const std::int64_t west = floor_divide(place.west, units), south = floor_divide(place.south, units),
+                     columns = floor_divide(place.east - 1, units) - west + 1,
+                     rows = floor_divide(place.north - 1, units) - south + 1;
+  std::vector<TileTriangles> by_tile(static_cast<std::size_t>(columns * rows));  // row by row from the south
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& triangle = mesh.triangles[t];
     if (parts == TileParts::published && (mesh.is_void[triangle[0]] || mesh.is_void[triangle[1]] || mesh.is_void[triangle[2]]))
       continue;
     const std::int64_t x = std::min({mesh.x[triangle[0]], mesh.x[triangle[1]], mesh.x[triangle[2]]}),
                        y = std::min({mesh.y[triangle[0]], mesh.y[triangle[1]], mesh.y[triangle[2]]});
-    TileTriangles& of_tile = by_tile[{floor_divide(place.south + y, units), floor_divide(place.west + x, units)}];
-    of_tile.all.push_back(&triangle);
+    TileTriangles& of_tile = by_tile[static_cast<std::size_t>((floor_divide(place.south + y, units) - south) * columns +
+                                                              floor_divide(place.west + x, units) - west)];
+    of_tile.all.push_back(t);
     if (!mesh.bound.empty()) of_tile.bound = std::max(of_tile.bound, mesh.bound[t]);
   }
   std::vector<BuiltTile> tiles;
-  for (const auto& [at, triangles] : by_tile) {
-    const std::int64_t across = proto::tiles_across(z);
+  std::vector<std::uint32_t> number(mesh.vertices(), kUnnumbered);
+  for (std::size_t k = 0; k < by_tile.size(); ++k) {
+    if (by_tile[k].all.empty()) continue;
+    const std::int64_t across = proto::tiles_across(z), row = south + static_cast<std::int64_t>(k) / columns,
+                       column = west + static_cast<std::int64_t>(k) % columns;
     BuiltTile tile;
-    tile.tile = {z, static_cast<std::int32_t>(at.second - floor_divide(at.second, across) * across),
-                 static_cast<std::int32_t>(at.first)};
-    tile.max_error_m = triangles.bound * proto::kHeightStep_m;
-    tile.mesh = mesh_of_tile(mesh, triangles.all, place.west - at.second * units, place.south - at.first * units,
-                             static_cast<std::int32_t>(units));
+    tile.tile = {z, static_cast<std::int32_t>(column - floor_divide(column, across) * across), static_cast<std::int32_t>(row)};
+    tile.max_error_m = by_tile[k].bound * proto::kHeightStep_m;
+    tile.mesh = mesh_of_tile(mesh, by_tile[k].all, place.west - column * units, place.south - row * units, number);
+    tile.mesh.side = static_cast<std::int32_t>(units);
     tiles.push_back(std::move(tile));
   }
   std::sort(tiles.begin(), tiles.end(),
@@ -246,23 +260,16 @@ std::vector<BuiltTile> tiles_of_block(const proto::Plan& plan, const BlockPlace&
   return tiles;
 }
 
-double measure_exact(const LevelContext& context, BuiltTile& tile) {
-  gpu::SurfaceErrorInput input;
-  input.lattice = context.lattice;
-  input.tile = tile.tile;
-  input.mesh = &tile.mesh;
-  input.samples = context.samples;
-  input.ecef_step_m = context.level->ecef_step();
-  input.frames = context.frames;
+double measure_exact(const LevelContext& context, BuiltTile& tile, gpu::SurfaceMemory& memory) {
   const double target_m = context.level->target();
-  tile.measured = gpu::surface_error(input, target_m - gpu::kGrace_m);
+  tile.measured = gpu::surface_error(surface_input(context, tile), target_m - gpu::kGrace_m, memory);
   tile.max_error_m = tile.measured.max_m + gpu::kGrace_m;
   const gpu::Upright upright({context.lattice, tile.tile, tile.mesh.side, context.level->ecef_step()});
   if (context.promise && (!tile.measured.over_limit.empty() || !gpu::turned_triangles(upright, tile.mesh).empty())) {
     // Steep walls meet rounded points, and needles the earth's curve: vertices go in there, away from the tile's sides.
     LevelContext put_back = context;
     put_back.height_rounds = -1;
-    measure(put_back, tile, target_m);
+    measure(put_back, tile, target_m, memory);
   }
   return std::max(0.0, tile.max_error_m - target_m);
 }

@@ -54,7 +54,8 @@ proto::TileMesh tile_mesh_of_block(const gpu::exact::BlockMesh& mesh, std::int32
 
 /// States the tile's error, measured against the context's samples. Where a triangle is above the target, or upside down in
 /// space, vertices are put back inside the tile first. How much of the error is above the target all the same; 0: nothing.
-double measure_exact(const LevelContext& context, BuiltTile& tile);
+/// memory: of the tile at the target less kGrace_m.
+double measure_exact(const LevelContext& context, BuiltTile& tile, gpu::SurfaceMemory& memory);
 
 /// Gives the tile of a node what the merge above it needs, see hand_up. children: whole tiles of the level below it, all four of
 /// them.
