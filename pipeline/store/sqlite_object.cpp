@@ -102,6 +102,5 @@ struct SqliteObject::Vfs {
 SqliteObject::SqliteObject(std::shared_ptr<raster::ObjectFile> file) : vfs_(std::make_unique<Vfs>(std::move(file))) {}
 SqliteObject::~SqliteObject() = default;
 const std::string& SqliteObject::name() const { return vfs_->name; }
-raster::ObjectFile& SqliteObject::file() const { return *vfs_->file; }
 
 }  // namespace cordillera::pipeline

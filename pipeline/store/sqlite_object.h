@@ -17,7 +17,6 @@ class SqliteObject {
 
   /// For the parameter vfs of a database's address.
   const std::string& name() const;
-  raster::ObjectFile& file() const;
 
  private:
   struct Vfs;

@@ -27,16 +27,12 @@ std::optional<std::string> copied_file(const fs::path& from, const fs::path& to)
   std::ifstream in(from, std::ios::binary);
   if (!in) return std::nullopt;
   std::ofstream out(to, std::ios::binary);
-  Digest digest;
-  for (std::string piece(1 << 20, '\0'); in.read(piece.data(), static_cast<std::streamsize>(piece.size())), in.gcount() > 0;) {
-    digest.add(std::string_view(piece).substr(0, static_cast<std::size_t>(in.gcount())));
-    out.write(piece.data(), in.gcount());
-  }
+  auto digest =
+      digest_of(in, [&](std::string_view piece) { out.write(piece.data(), static_cast<std::streamsize>(piece.size())); });
   out.close();
   if (!out || !raster::sync_path(to.string()))
     throw fs::filesystem_error("cannot write", to, std::error_code(errno, std::generic_category()));
-  if (!in.eof()) return std::nullopt;
-  return digest.finish();
+  return digest;
 }
 
 /// Copies datasets one after the other, each as it is when its turn comes.

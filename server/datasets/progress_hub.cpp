@@ -7,7 +7,6 @@
 namespace cordillera::server {
 
 void ProgressHub::tell() {
-  changed_.notify_all();
   const std::lock_guard lock(listener_mutex_);
   if (listener_) listener_();
 }
@@ -50,20 +49,10 @@ void ProgressHub::forget(const std::string& id) {
   tell();
 }
 
-ProgressHub::Snapshot ProgressHub::snapshot(const std::string& id) const {
-  const auto found = last_.find(id);
-  return found == last_.end() ? Snapshot{} : found->second;
-}
-
 ProgressHub::Snapshot ProgressHub::now(const std::string& id) const {
   const std::lock_guard lock(mutex_);
-  return snapshot(id);
-}
-
-ProgressHub::Snapshot ProgressHub::wait(const std::string& id, std::uint64_t seen, std::chrono::milliseconds longest) const {
-  std::unique_lock lock(mutex_);
-  changed_.wait_for(lock, longest, [&] { return closed_ || snapshot(id).version != seen; });
-  return snapshot(id);
+  const auto found = last_.find(id);
+  return found == last_.end() ? Snapshot{} : found->second;
 }
 
 void ProgressHub::close() {

@@ -1,7 +1,5 @@
 #pragma once
-// The last progress of every job, and a way to wait for the next: event streams and Prefer: wait hang here.
-#include <chrono>
-#include <condition_variable>
+// The last progress of every job, and who is told of the next: event streams and Prefer: wait hang here.
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -25,13 +23,11 @@ class ProgressHub {
   void publish(const std::string& id, const proto::Progress& progress);
   /// The job is over: the next one of this dataset begins at 0. Tells as touch() does.
   void ended(const std::string& id);
-  /// The dataset's state changed: wakes whoever waits for it.
+  /// The dataset's state changed.
   void touch(const std::string& id);
   void forget(const std::string& id);
 
   Snapshot now(const std::string& id) const;
-  /// Returns when the version is another than `seen`, the time is over or the hub is closed.
-  Snapshot wait(const std::string& id, std::uint64_t seen, std::chrono::milliseconds longest) const;
 
   /// Called after every change and when the hub closes, on the thread that makes it: must be quick and not come back here. One at
   /// a time; null: none. Once this returns, the one before is not called any more.
@@ -42,11 +38,9 @@ class ProgressHub {
   bool closed() const;
 
  private:
-  Snapshot snapshot(const std::string& id) const;
   void tell();
 
   mutable std::mutex mutex_;
-  mutable std::condition_variable changed_;
   std::map<std::string, Snapshot> last_;
   std::uint64_t clock_ = 0;
   bool closed_ = false;

@@ -39,9 +39,4 @@ bool BodyPipe::whole() const {
   return pieces_.empty() && end_ == End::whole;
 }
 
-bool BodyPipe::touched() const {
-  const std::lock_guard lock(mutex_);
-  return touched_;
-}
-
 }  // namespace cordillera::server::front

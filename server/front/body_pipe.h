@@ -25,7 +25,6 @@ class BodyPipe {
   std::optional<std::string> pop();
   /// The end was reached, and everything before it has been taken.
   bool whole() const;
-  bool touched() const;
 
  private:
   static constexpr std::size_t kMostBytes = std::size_t{1} << 20;

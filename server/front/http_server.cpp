@@ -1,6 +1,5 @@
 #include "server/front/http_server.h"
 
-#include <algorithm>
 #include <atomic>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>

@@ -61,13 +61,19 @@ std::string Digest::finish() {
   return proto::hex(std::span(bytes, count));
 }
 
+std::optional<std::string> digest_of(std::istream& in, const std::function<void(std::string_view piece)>& take) {
+  Digest digest;
+  for (std::string buffer(1 << 20, '\0'); in.read(buffer.data(), static_cast<std::streamsize>(buffer.size())), in.gcount() > 0;) {
+    const std::string_view piece = std::string_view(buffer).substr(0, static_cast<std::size_t>(in.gcount()));
+    digest.add(piece);
+    take(piece);
+  }
+  return in.eof() ? std::optional(digest.finish()) : std::nullopt;
+}
+
 std::string digest_of_file(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
-  Digest digest;
-  for (std::string piece(1 << 20, '\0'); in.read(piece.data(), static_cast<std::streamsize>(piece.size())), in.gcount() > 0;) {
-    digest.add(std::string_view(piece).substr(0, static_cast<std::size_t>(in.gcount())));
-  }
-  return in.eof() ? digest.finish() : "";
+  return digest_of(in, [](std::string_view) {}).value_or("");
 }
 
 std::string digest(std::string_view bytes) {

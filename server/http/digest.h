@@ -1,7 +1,10 @@
 #pragma once
 // SHA-256, to tell whether two requests carry the same bytes, and what else is asked of the library of ciphers.
 #include <filesystem>
+#include <functional>
+#include <iosfwd>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -21,6 +24,9 @@ class Digest {
 };
 
 std::string digest(std::string_view bytes);
+
+/// The digest of what is left of a stream, whose pieces are handed on; nothing where it cannot be read to its end.
+std::optional<std::string> digest_of(std::istream& in, const std::function<void(std::string_view piece)>& take);
 
 /// The digest of a file; empty when it cannot be read.
 std::string digest_of_file(const std::filesystem::path& file);

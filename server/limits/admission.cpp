@@ -60,11 +60,6 @@ std::optional<Problem> Admission::refused(const std::string& client, std::uint64
   return std::nullopt;
 }
 
-std::optional<Problem> Admission::refuse(const std::string& client, std::optional<std::uint64_t> bytes) const {
-  const std::lock_guard lock(mutex_);
-  return refused(client, bytes.value_or(0), Entry::fresh);
-}
-
 proto::Result<Slot> Admission::enter(const std::string& client, std::optional<std::uint64_t> bytes, Entry entry) {
   const std::lock_guard lock(mutex_);
   if (auto why = refused(client, bytes.value_or(0), entry)) return *why;

@@ -41,9 +41,7 @@ class Admission {
  public:
   Admission(const Limits& limits, const std::filesystem::path& data, const Registry& registry);
 
-  /// Whether there would be room for a body of so many bytes (nothing: unknown) of this client.
-  std::optional<proto::Problem> refuse(const std::string& client, std::optional<std::uint64_t> bytes) const;
-  /// The same, and takes the place.
+  /// Takes a place for a body of so many bytes (nothing: unknown) of this client, if there is room for it.
   proto::Result<Slot> enter(const std::string& client, std::optional<std::uint64_t> bytes, Entry entry = Entry::fresh);
 
   InUse in_use() const;

@@ -11,7 +11,7 @@ namespace {
 using pipeline::exports::MeshFrame;
 using pipeline::exports::MeshRequest;
 
-Complaint apply_tile(std::string_view text, MeshRequest& request) {
+Complaint take_tile(std::string_view text, MeshRequest& request) {
   std::uint32_t numbers[3] = {0, 0, 0};
   std::string_view rest = text;
   for (int k = 0; k < 3; ++k) {
@@ -27,21 +27,21 @@ Complaint apply_tile(std::string_view text, MeshRequest& request) {
   return std::nullopt;
 }
 
-Complaint apply_level(std::string_view text, MeshRequest& request) {
+Complaint take_level(std::string_view text, MeshRequest& request) {
   std::uint32_t level = 0;
   if (auto complaint = read_whole(text, {0, proto::kMaxLevel}, &level)) return complaint;
   request.level = static_cast<int>(level);
   return std::nullopt;
 }
 
-Complaint apply_bbox(std::string_view text, MeshRequest& request) {
+Complaint take_mesh_box(std::string_view text, MeshRequest& request) {
   std::array<double, 4> box{};
   if (auto complaint = read_box(text, &box)) return complaint;
   request.box = raster::area_of(box);
   return std::nullopt;
 }
 
-Complaint apply_frame(std::string_view text, MeshRequest& request) {
+Complaint take_frame(std::string_view text, MeshRequest& request) {
   std::string name;
   if (auto complaint = read_choice(text, {"enu", "ecef", "geodetic"}, &name)) return complaint;
   request.frame = name == "enu" ? MeshFrame::enu : name == "ecef" ? MeshFrame::ecef : MeshFrame::geodetic;
@@ -53,14 +53,14 @@ Complaint apply_frame(std::string_view text, MeshRequest& request) {
 const std::vector<MeshOption>& mesh_options() {
   static const std::vector<MeshOption> kOptions = {
       {"tile", "Z/X/Y", "one tile, by its level, x and y from the south", "z/x/y, such as 10/617/763; not with level or bbox",
-       apply_tile},
+       take_tile},
       {"level", "LEVEL", "the level whose tiles are welded; without it the finest that stays within the limit of triangles",
-       "a level of the dataset", apply_level},
+       "a level of the dataset", take_level},
       {"bbox", "W,S,E,N", "only this box, degrees: triangles are cut at its sides; west above east crosses the antimeridian",
-       "west,south,east,north in degrees, longitudes -180 to 180, latitudes -90 to 90", apply_bbox},
+       "west,south,east,north in degrees, longitudes -180 to 180, latitudes -90 to 90", take_mesh_box},
       {"frame", "FRAME",
        "what coordinates are: metres east, north and up of the middle; earth-centred metres; or degrees and metres",
-       "enu, ecef (not stl) or geodetic (ply and obj only)", apply_frame},
+       "enu, ecef (not stl) or geodetic (ply and obj only)", take_frame},
   };
   return kOptions;
 }

@@ -1,7 +1,6 @@
 // The entries of the option table that a build or a POST has. Help and accepted values are written once, here.
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <iterator>
 #include <limits>
 
@@ -88,20 +87,6 @@ Complaint apply_nodata(std::string_view text, Settings& settings) {
   return std::nullopt;
 }
 
-Complaint apply_fill_limit(std::string_view text, Settings& settings) {
-  std::uint32_t cells = 0;
-  if (auto complaint = read_whole(text, {0, raster::kGreatestFillLimit_cells}, &cells)) return complaint;
-  settings.build.set_fill_limit(cells);
-  return std::nullopt;
-}
-
-Complaint apply_water(std::string_view text, Settings& settings) {
-  double height_m = 0;
-  if (auto complaint = read_number(text, {-proto::kMaxHeight_m, proto::kMaxHeight_m}, &height_m)) return complaint;
-  settings.build.set_water(height_m);
-  return std::nullopt;
-}
-
 Complaint apply_bbox(std::string_view text, Settings& settings) {
   std::array<double, 4> box{};
   if (auto complaint = read_box(text, &box)) return complaint;
@@ -117,25 +102,11 @@ Complaint apply_memory(std::string_view text, Settings& settings) {
   return std::nullopt;
 }
 
-Complaint apply_feather(std::string_view text, Settings& settings) {
-  double value_m = 0;
-  if (auto complaint = read_number(text, {0, 1e5}, &value_m)) return complaint;
-  settings.build.set_feather(value_m);
-  return std::nullopt;
-}
-
 Complaint apply_z_scale(std::string_view text, Settings& settings) {
   double value = 0;
   if (auto complaint = read_number(text, {-1e6, 1e6}, &value)) return complaint;
   if (value == 0) return "0 would flatten everything";
   settings.build.set_z_scale(value);
-  return std::nullopt;
-}
-
-Complaint apply_z_offset(std::string_view text, Settings& settings) {
-  double value = 0;
-  if (auto complaint = read_number(text, {-1e6, 1e6}, &value)) return complaint;
-  settings.build.set_z_offset(value);
   return std::nullopt;
 }
 
@@ -154,6 +125,14 @@ Complaint apply_whole(std::string_view text, Settings& settings) {
   return std::nullopt;
 }
 
+template <void (BuildOptions::*set)(double), int least, int greatest>
+Complaint apply_number(std::string_view text, Settings& settings) {
+  double value = 0;
+  if (auto complaint = read_number(text, {least, greatest}, &value)) return complaint;
+  (settings.build.*set)(value);
+  return std::nullopt;
+}
+
 /// What each of several rasters may have of its own.
 constexpr std::string_view kOfRaster[] = {"name", "band", "crs", "vertical-datum", "nodata", "voids", "z-scale", "z-offset"};
 
@@ -167,6 +146,7 @@ std::vector<OptionSpec> with_marks(std::vector<OptionSpec> options) {
 
 std::vector<OptionSpec> make_build_options() {
   constexpr std::uint32_t kLevel = proto::kMaxLevel;
+  constexpr int kHeight_m = static_cast<int>(proto::kMaxHeight_m);
   const std::string level = "a level from 0 to " + std::to_string(kLevel);
   return with_marks({
       {"name", "NAME", "what the raster is called; an .hgt knows its place only by this", "text, such as N44W072.hgt",
@@ -191,10 +171,10 @@ std::vector<OptionSpec> make_build_options() {
        "fill, hole, or a height in metres, -500 to 16384, that is put there (of one raster among several: a height)",
        apply_voids},
       {"fill-limit", "CELLS", "voids that are wider or higher than this, in cells of the finest level, are not filled",
-       "0 to 1024", apply_fill_limit},
+       "0 to 1024", apply_whole<&BuildOptions::set_fill_limit, raster::kGreatestFillLimit_cells>},
       {"water", "HEIGHT",
        "pixels of exactly this height, in metres above the vertical datum, are water: quantized-mesh then has water masks",
-       "a height in metres, -16384 to 16384", apply_water},
+       "a height in metres, -16384 to 16384", apply_number<&BuildOptions::set_water, -kHeight_m, kHeight_m>},
       {"water-mask", "FILE", "a raster in any CRS that is not zero where water is, in place of water; on the command line only",
        "a single-band raster that GDAL can read", apply_text<&BuildOptions::mutable_water_mask>},
       {"strategy", "NAME",
@@ -234,8 +214,8 @@ std::vector<OptionSpec> make_build_options() {
       {"z-scale", "FACTOR", "height = z-scale * value + z-offset, after the source's own scale and unit", "a number, not 0",
        apply_z_scale},
       {"feather", "METRES", "width over which one of several rasters gives way to the next, at its rims and voids", "0 to 100000",
-       apply_feather},
-      {"z-offset", "METRES", "see z-scale", "metres", apply_z_offset},
+       apply_number<&BuildOptions::set_feather, 0, 100000>},
+      {"z-offset", "METRES", "see z-scale", "metres", apply_number<&BuildOptions::set_z_offset, -1000000, 1000000>},
       {"title", "TEXT", "title carried into manifest, tileset, status and every .glb", "text",
        apply_text<&BuildOptions::mutable_title>},
       {"attribution", "TEXT", "attribution carried into manifest, tileset, status and every .glb", "text",

@@ -24,51 +24,58 @@ Complaint apply_path(std::string_view text, Settings& settings) {
   return std::nullopt;
 }
 
+/// A list separated by commas. take: of one of them, what is wrong with it.
+template <class Take>
+Complaint each_of_list(std::string_view text, const Take& take) {
+  for (std::string_view rest = text; !rest.empty();) {
+    const std::string one(rest.substr(0, rest.find(',')));
+    rest.remove_prefix(std::min(rest.size(), one.size() + 1));
+    if (Complaint complaint = take(one)) return complaint;
+  }
+  return std::nullopt;
+}
+
 Complaint apply_proxies(std::string_view text, Settings& settings) {
   std::vector<std::string> addresses;
-  for (std::string_view rest = text; !rest.empty();) {
-    const std::string_view one = rest.substr(0, rest.find(','));
-    rest.remove_prefix(std::min(rest.size(), one.size() + 1));
-    auto address = access::plain_address(one);
-    if (!address) return std::string(one) + " is no address";
-    addresses.push_back(std::move(*address));
-  }
-  settings.serve.trusted_proxies = std::move(addresses);
-  return std::nullopt;
+  const Complaint complaint = each_of_list(text, [&](const std::string& one) -> Complaint {
+    const auto address = access::plain_address(one);
+    if (!address) return one + " is no address";
+    addresses.push_back(*address);
+    return std::nullopt;
+  });
+  if (!complaint) settings.serve.trusted_proxies = std::move(addresses);
+  return complaint;
 }
 
 /// NAME=PATH, separated by commas.
 Complaint apply_mounts(std::string_view text, Settings& settings) {
   std::vector<Mount> mounts;
-  for (std::string_view rest = text; !rest.empty();) {
-    const std::string_view one = rest.substr(0, rest.find(','));
-    rest.remove_prefix(std::min(rest.size(), one.size() + 1));
+  const Complaint complaint = each_of_list(text, [&](const std::string& one) -> Complaint {
     const std::size_t sign = one.find('=');
-    if (sign == one.npos || sign + 1 == one.size()) return std::string(one) + " is no NAME=PATH";
-    const Mount mount{std::string(one.substr(0, sign)), std::string(one.substr(sign + 1))};
+    if (sign == one.npos || sign + 1 == one.size()) return one + " is no NAME=PATH";
+    const Mount mount{one.substr(0, sign), one.substr(sign + 1)};
     if (!is_id(mount.name)) return "'" + mount.name + "' cannot stand in an address";
-    for (const Mount& other : mounts) {
-      if (other.name == mount.name) return mount.name + " is named twice";
-    }
+    const auto same = [&](const Mount& other) { return other.name == mount.name; };
+    if (std::any_of(mounts.begin(), mounts.end(), same)) return mount.name + " is named twice";
     mounts.push_back(mount);
-  }
-  settings.serve.mounts = std::move(mounts);
-  return std::nullopt;
+    return std::nullopt;
+  });
+  if (!complaint) settings.serve.mounts = std::move(mounts);
+  return complaint;
 }
 
 /// Beginnings of addresses, separated by commas. One that ends within a host's name would let others in.
 Complaint apply_source_allow(std::string_view text, Settings& settings) {
   std::vector<std::string> prefixes;
-  for (std::string_view rest = text; !rest.empty();) {
-    const std::string one(rest.substr(0, rest.find(',')));
-    rest.remove_prefix(std::min(rest.size(), one.size() + 1));
+  const Complaint complaint = each_of_list(text, [&](const std::string& one) -> Complaint {
     const std::size_t slashes = one.find("://");
-    if (slashes == std::string::npos) return one + " names no scheme such as https://";
-    if (one.find('/', slashes + 3) == std::string::npos) return one + " has no / behind its host or bucket";
+    if (slashes == one.npos) return one + " names no scheme such as https://";
+    if (one.find('/', slashes + 3) == one.npos) return one + " has no / behind its host or bucket";
     prefixes.push_back(one);
-  }
-  settings.serve.source_allow = std::move(prefixes);
-  return std::nullopt;
+    return std::nullopt;
+  });
+  if (!complaint) settings.serve.source_allow = std::move(prefixes);
+  return complaint;
 }
 
 template <std::uint32_t Limits::*field, std::uint32_t least, std::uint32_t greatest>

@@ -2,6 +2,7 @@
 // Tables of options beside those of a build (options.h): of a mesh, of a list, of the published algorithm. One reader serves
 // them.
 #include <algorithm>
+#include <functional>
 #include <optional>
 #include <set>
 #include <string>
@@ -19,7 +20,7 @@ struct OptionOf {
   std::string value;  ///< what stands for the value in help
   std::string help;
   std::string accepted;
-  Complaint (*apply)(std::string_view text, Wish& wish);
+  std::function<Complaint(std::string_view text, Wish& wish)> apply;  ///< a function of one name: sources are compiled as one
 };
 
 /// Words of a table's problems.

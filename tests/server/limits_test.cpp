@@ -143,8 +143,8 @@ TEST(Limits, ABodyThatDoesNotFitIsRefusedBeforeItComes) {
   TestService test;
   const auto disk = limits::disk_space(test.data());
   ASSERT_TRUE(disk);
-  EXPECT_EQ(test.service().admission().refuse("a", disk->free)->type, "storage-full");
-  EXPECT_FALSE(test.service().admission().refuse("a", 1000));
+  EXPECT_EQ(test.service().admission().enter("a", disk->free).problem().type, "storage-full");
+  EXPECT_TRUE(test.service().admission().enter("a", 1000));
 }
 
 TEST(Limits, AFolderThatCannotBeWrittenIsNotReady) {

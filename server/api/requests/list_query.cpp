@@ -10,9 +10,9 @@ namespace {
 
 constexpr std::uint32_t kMostRows = 1000;  // of a page
 
-Complaint apply_limit(std::string_view text, ListQuery& query) { return read_whole(text, {1, kMostRows}, &query.limit); }
+Complaint take_limit(std::string_view text, ListQuery& query) { return read_whole(text, {1, kMostRows}, &query.limit); }
 
-Complaint apply_after(std::string_view text, ListQuery& query) {
+Complaint take_after(std::string_view text, ListQuery& query) {
   const bool digits =
       !text.empty() && text.size() <= 19 && std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
   if (!digits) return "not the place of a page";
@@ -21,7 +21,7 @@ Complaint apply_after(std::string_view text, ListQuery& query) {
   return std::nullopt;
 }
 
-Complaint apply_state(std::string_view text, ListQuery& query) {
+Complaint take_state(std::string_view text, ListQuery& query) {
   query.states.clear();
   for (std::size_t from = 0; from <= text.size();) {
     const std::size_t end = std::min(text.find(',', from), text.size());
@@ -36,14 +36,14 @@ Complaint apply_state(std::string_view text, ListQuery& query) {
   return std::nullopt;
 }
 
-Complaint apply_bbox(std::string_view text, ListQuery& query) {
+Complaint take_list_box(std::string_view text, ListQuery& query) {
   std::array<double, 4> box{};
   if (auto complaint = read_box(text, &box)) return complaint;
   query.box = box;
   return std::nullopt;
 }
 
-Complaint apply_text(std::string_view text, ListQuery& query) {
+Complaint take_search(std::string_view text, ListQuery& query) {
   auto complaint = read_text(text, &query.text);
   query.text = proto::lower(query.text);
   return complaint;
@@ -53,13 +53,13 @@ Complaint apply_text(std::string_view text, ListQuery& query) {
 
 const std::vector<ListOption>& list_options() {
   static const std::vector<ListOption> kOptions = {
-      {"limit", "", "most datasets of a page; without it 100", "1 to 1000", apply_limit},
-      {"after", "", "where the page before ended, as its `next` says", "what a `next` says", apply_after},
+      {"limit", "", "most datasets of a page; without it 100", "1 to 1000", take_limit},
+      {"after", "", "where the page before ended, as its `next` says", "what a `next` says", take_after},
       {"state", "", "only those in one of these states", "queued, running, ready, failed; more than one separated by commas",
-       apply_state},
+       take_state},
       {"bbox", "", "only those that are ready and touch this box, degrees; west above east crosses the antimeridian",
-       "west,south,east,north in degrees, longitudes -180 to 180, latitudes -90 to 90", apply_bbox},
-      {"q", "", "only those with this text in id, name or title; A to Z like a to z", "text of at most 1000 bytes", apply_text},
+       "west,south,east,north in degrees, longitudes -180 to 180, latitudes -90 to 90", take_list_box},
+      {"q", "", "only those with this text in id, name or title; A to Z like a to z", "text of at most 1000 bytes", take_search},
   };
   return kOptions;
 }
