@@ -1,7 +1,6 @@
 #include "gpu/collapse/waves.h"
 
 #include <stdexcept>
-#include <string>
 
 #include "gpu/border/empty_border.h"
 

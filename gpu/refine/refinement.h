@@ -2,7 +2,6 @@
 // The steps that refine() and refine_stuck() are made of. Nothing else includes it.
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <map>
 #include <optional>

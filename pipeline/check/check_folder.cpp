@@ -1,12 +1,10 @@
 #include <algorithm>
 #include <filesystem>
-#include <map>
 #include <tuple>
 
 #include "pipeline/check/border_laws.h"
 #include "pipeline/check/check.h"
 #include "pipeline/check/error_laws.h"
-#include "pipeline/tileset/implicit_tile.h"
 #include "pipeline/tileset/manifest_json.h"
 #include "proto/files.h"
 #include "proto/numbers.h"

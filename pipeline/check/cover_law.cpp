@@ -6,7 +6,6 @@
 #include "pipeline/bound/cover.h"
 #include "pipeline/encode/draco_mesh.h"
 #include "pipeline/plan/plan.h"
-#include "proto/integers.h"
 
 namespace cordillera::pipeline::check {
 namespace {

@@ -2,7 +2,6 @@
 // machine.
 #include "pipeline/contours/tile_lines.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>

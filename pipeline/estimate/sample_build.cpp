@@ -1,7 +1,6 @@
 #include "pipeline/estimate/sample_build.h"
 
 #include <algorithm>
-#include <ctime>
 #include <set>
 
 #include "pipeline/build/in_flight.h"

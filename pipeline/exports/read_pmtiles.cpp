@@ -1,5 +1,4 @@
 // After github.com/protomaps/PMTiles, spec/v3. A directory's leaves follow it; whatever a damaged file says, reading ends.
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <filesystem>

@@ -1,7 +1,6 @@
 #include "pipeline/faces/outline_fill.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>

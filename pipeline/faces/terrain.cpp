@@ -1,6 +1,5 @@
 #include "pipeline/faces/terrain.h"
 
-#include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>

@@ -3,7 +3,6 @@
 #include <google/protobuf/util/json_util.h>
 
 #include <filesystem>
-#include <iterator>
 #include <stdexcept>
 
 #include "pipeline/encode/json.h"

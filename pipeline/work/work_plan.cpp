@@ -1,11 +1,9 @@
 #include "pipeline/work/work_plan.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 
 #include "pipeline/build/builder.h"
-#include "pipeline/build/exact/exact_above.h"
 #include "pipeline/build/pilot.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/store/content_hash.h"

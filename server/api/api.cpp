@@ -1,6 +1,5 @@
 #include "server/api/api.h"
 
-#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 

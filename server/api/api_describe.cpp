@@ -4,7 +4,6 @@
 
 #include "server/api/api.h"
 #include "server/api/api_updates.h"
-#include "server/api/public_address.h"
 #include "server/api/requests/typed_by_hand.h"
 #include "server/datasets/dataset_folder.h"
 #include "server/log/log.h"

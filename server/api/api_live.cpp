@@ -6,7 +6,6 @@
 #include "server/api/api.h"
 #include "server/api/api_updates.h"
 #include "server/api/public_address.h"
-#include "server/datasets/dataset_folder.h"
 #include "server/fetch/addresses.h"
 #include "server/http/digest.h"
 #include "server/http/percent.h"

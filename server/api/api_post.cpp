@@ -1,5 +1,4 @@
 // POST /v1/datasets: check, stream to disk, queue, and wait if the client prefers to.
-#include <algorithm>
 #include <chrono>
 
 #include "server/api/api.h"

@@ -6,11 +6,11 @@
 #include <mutex>
 #include <thread>
 
-#include "server/api/requests/routes.h"
 #include "server/client/commands.h"
 #include "server/client/shelf.h"
 #include "server/client/talk.h"
 #include "server/client/tiles.h"
+#include "server/http/dataset_id.h"
 #include "server/options/option_values.h"
 
 namespace cordillera::server::client {

@@ -1,8 +1,8 @@
 #include <iostream>
 
-#include "server/api/requests/routes.h"
 #include "server/client/commands.h"
 #include "server/client/events.h"
+#include "server/http/dataset_id.h"
 
 namespace cordillera::server::client {
 

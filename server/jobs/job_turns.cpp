@@ -2,7 +2,6 @@
 #include "server/http/digest.h"
 #include "server/jobs/job_queue.h"
 #include "server/jobs/turn.h"
-#include "server/jobs/update_job.h"
 #include "server/log/log.h"
 #include "server/metrics/stage_clock.h"
 

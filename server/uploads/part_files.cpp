@@ -7,7 +7,6 @@
 #include <chrono>
 #include <fstream>
 #include <memory>
-#include <sstream>
 
 #include "raster/disk/write_all.h"
 #include "server/datasets/upload.h"

@@ -1,7 +1,5 @@
 #include "server/uploads/tus.h"
 
-#include <array>
-
 #include "proto/numbers.h"
 #include "server/http/gzip.h"
 #include "server/http/json.h"

@@ -1,7 +1,5 @@
 #include "gpu/fit/steps/crew.h"
 
-#include <algorithm>
-
 #include "proto/cores.h"
 
 namespace cordillera::gpu::fit {

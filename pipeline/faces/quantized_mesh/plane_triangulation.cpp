@@ -2,7 +2,6 @@
 // Delaunay triangulations", 1993.
 #include "pipeline/faces/quantized_mesh/plane_triangulation.h"
 
-#include <algorithm>
 #include <deque>
 
 namespace cordillera::pipeline::faces {

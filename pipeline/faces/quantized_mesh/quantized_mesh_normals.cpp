@@ -1,10 +1,8 @@
 #include "pipeline/faces/quantized_mesh/quantized_mesh_normals.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
-#include <memory>
 
 namespace cordillera::pipeline::faces {
 namespace {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <iterator>
 #include <map>
-#include <memory>
 
 namespace cordillera::pipeline::faces {
 namespace {

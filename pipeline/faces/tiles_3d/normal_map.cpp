@@ -1,7 +1,6 @@
 #include "pipeline/faces/tiles_3d/normal_map.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 

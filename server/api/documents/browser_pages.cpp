@@ -1,7 +1,5 @@
 #include "server/api/documents/browser_pages.h"
 
-#include <array>
-
 #include "server/api/documents/openapi.h"
 #include "server/http/json.h"
 
