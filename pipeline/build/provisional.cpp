@@ -18,7 +18,7 @@ std::int64_t samples_at(const raster::Source& source, int level) {
 /// What takes the time of a build is left out; the error asked for doubles a level upwards, as it does in the final tiles.
 proto::BuildOptions quick(const proto::BuildOptions& asked, int finest, int level) {
   proto::BuildOptions options = asked;
-  options.set_strategy("waves");
+  options.set_strategy(kAutoStrategy);
   options.set_quality("fast");
   options.set_device("cpu");  // a GPU would still be starting
   options.set_pixels(raster::kLatticePixels);

@@ -154,14 +154,15 @@ int exact_block_level(const proto::Plan& plan, std::int64_t most) {
 
 std::int64_t samples_of(const proto::Plan& plan) { return columns_of(plan) * rows_of(plan); }
 
-/// One piece up to kExactSamples, else blocks of so many: several of them keep all threads and a GPU busy, and are shown one
-/// after the other. Larger ones where levels above them are merged four to one, which then has less to do.
+/// One piece, or blocks: several of them keep all threads and a GPU busy, and are shown one after the other. Larger ones where
+/// levels above them are merged four to one, which then has less to do.
 void plan_exact_blocks(proto::Plan& plan) {
   plan.set_block_level(plan.min_level());
   const bool one_piece = samples_of(plan) <= kExactSamples &&
                          std::max(columns_of(plan), rows_of(plan)) + 2 * proto::kTileCells <= gpu::exact::kMostSamples;
   if (one_piece) return;
-  plan.set_block_level(static_cast<std::uint32_t>(exact_block_level(plan, kExactSamples)));
+  const bool small = samples_of(plan) <= kMostSmallBlocks * kSmallExactSamples;
+  plan.set_block_level(static_cast<std::uint32_t>(exact_block_level(plan, small ? kSmallExactSamples : kExactSamples)));
   if (!merged_at_once(plan)) plan.set_block_level(static_cast<std::uint32_t>(exact_block_level(plan, kBlockSamples)));
 }
 

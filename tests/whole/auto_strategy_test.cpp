@@ -111,7 +111,7 @@ TEST_F(AutoStrategy, is_exact_in_blocks_where_the_raster_is_large) {
   const proto::Plan large = planned(0);
   ASSERT_EQ(large.window_size(), 4) << "no plan";
   EXPECT_TRUE(large.exact());
-  EXPECT_EQ(large.block_level(), large.finest_level() - 3) << "2049 samples a way";
+  EXPECT_EQ(large.block_level(), large.finest_level() - 2) << "1025 samples a way";
 }
 
 TEST_F(AutoStrategy, is_exact_in_blocks_of_any_size) {

@@ -9,7 +9,7 @@
 
 namespace cordillera::gpu::exact {
 
-inline constexpr int kRowsSoonSeen = 16;  ///< of eight samples
+inline constexpr int kRowsSoonSeen = 48;  ///< of eight samples
 
 /// Voids are few: squares of 8 (of a tier) that have none are looked at as if there were none at all.
 inline bool has_void(const Field& field, const SquareRange& range, int tier = 0) {
