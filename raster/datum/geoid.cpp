@@ -82,9 +82,15 @@ class PgmGeoid : public Geoid {
   double undulation_m(double latitude_deg, double longitude_deg) const override { return (*geoid_)(latitude_deg, longitude_deg); }
 
   void along_parallel(double latitude_deg, std::span<const double> longitude_deg, double* out) const override {
+    // Over the antimeridian they begin again in the west.
+    std::size_t sorted = 0;
     for (std::size_t from = 0; from < longitude_deg.size();) {
+      if (from == sorted) {
+        const auto end = std::is_sorted_until(longitude_deg.begin() + static_cast<std::ptrdiff_t>(from), longitude_deg.end());
+        sorted = static_cast<std::size_t>(end - longitude_deg.begin());
+      }
       const double cell = std::floor(longitude_deg[from] * points_a_degree_);
-      const auto rest = longitude_deg.subspan(from);
+      const auto rest = longitude_deg.subspan(from, sorted - from);
       const auto next =
           std::partition_point(rest.begin(), rest.end(), [&](double at) { return at * points_a_degree_ < cell + 1; });
       const auto count = static_cast<std::size_t>(next - rest.begin());

@@ -14,8 +14,8 @@ class Geoid {
   virtual ~Geoid() = default;
   /// To be added to a height above the geoid. Not thread-safe.
   virtual double undulation_m(double latitude_deg, double longitude_deg) const = 0;
-  /// The same at points of one parallel, from west to east, less than kAlongParallel_m off: a grid's cell costs once what else
-  /// every point does. out as long as longitude_deg.
+  /// The same at points of one parallel, from west to east, over the antimeridian too, less than kAlongParallel_m off: a grid's
+  /// cell costs once what else every point does. out as long as longitude_deg.
   virtual void along_parallel(double latitude_deg, std::span<const double> longitude_deg, double* out) const {
     for (const double longitude : longitude_deg) *out++ = undulation_m(latitude_deg, longitude);
   }

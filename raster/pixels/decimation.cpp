@@ -34,8 +34,13 @@ Image overview(const Dataset& dataset, int k) {
   return fits ? image : Image{};
 }
 
-/// The smallest image that has as many pixels as are wanted.
-Image image_for(const Dataset& dataset, std::int64_t wanted) {
+/// Of what is wanted, what an overview has at least. With a little less than a pixel a sample nothing is lost to see, and the
+/// next larger image is four times as much to read.
+constexpr double kEnough = 0.75;
+
+/// The smallest image that has about as many pixels as are wanted.
+Image image_for(const Dataset& dataset, std::int64_t samples) {
+  const auto wanted = static_cast<std::int64_t>(kEnough * static_cast<double>(samples));
   Image best{dataset.band, dataset.mask};
   for (int k = 0; k < dataset.band->GetOverviewCount(); ++k) {
     const Image image = overview(dataset, k);
