@@ -246,11 +246,11 @@ class ByRanges : public LiveAddress {
         driver("COG")->CreateCopy(raster_.c_str(), pixels.get(), FALSE, const_cast<char**>(options), nullptr, nullptr)));
     return file_text(raster_);
   }
-  std::string sought() const { return query(kCog, "&max_level=12"); }
+  std::string sought() const { return query(kCog, "&max_level=11"); }
   /// Of the finest level.
   static std::string tile_at(double longitude_deg, double latitude_deg) {
-    const double tiles = std::ldexp(1, 12) / 180;
-    return "/tiles/12/" + std::to_string(static_cast<int>((180 + longitude_deg) * tiles)) + "/" +
+    const double tiles = std::ldexp(1, 11) / 180;
+    return "/tiles/11/" + std::to_string(static_cast<int>((180 + longitude_deg) * tiles)) + "/" +
            std::to_string(static_cast<int>((90 + latitude_deg) * tiles)) + ".drc";
   }
   std::string final_tile(const std::string& id, const std::string& tile) {
@@ -258,7 +258,7 @@ class ByRanges : public LiveAddress {
   }
   std::string posted() {
     return curl("--data-binary @" + raster_ + " -H 'Prefer: wait=500' '" + server_.base() +
-                "/v1/datasets?name=hills.tif&crs=EPSG:4326&vertical_datum=ellipsoid&error=20&build=lazy&max_level=12'")
+                "/v1/datasets?name=hills.tif&crs=EPSG:4326&vertical_datum=ellipsoid&error=20&build=lazy&max_level=11'")
         .value("id", "");
   }
   std::string hills_;
