@@ -5,14 +5,7 @@
 #include <cstring>
 
 #include "proto/mesh.h"
-
-// A sanitizer's own calls do not work yet where the loader chooses between the versions.
-#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && \
-    defined(__OPTIMIZE__)
-#define CORDILLERA_WIDE __attribute__((target_clones("avx2", "default")))
-#else
-#define CORDILLERA_WIDE
-#endif
+#include "proto/wide.h"
 
 namespace cordillera::gpu {
 namespace {

@@ -154,8 +154,7 @@ int exact_block_level(const proto::Plan& plan, std::int64_t most) {
 
 std::int64_t samples_of(const proto::Plan& plan) { return columns_of(plan) * rows_of(plan); }
 
-/// One piece, or blocks: several of them keep all threads and a GPU busy, and are shown one after the other. Larger ones where
-/// levels above them are merged four to one, which then has less to do.
+/// One piece, or blocks: several keep all threads and a GPU busy. Larger ones where levels above are merged four to one.
 void plan_exact_blocks(proto::Plan& plan) {
   plan.set_block_level(plan.min_level());
   const bool one_piece = samples_of(plan) <= kExactSamples &&

@@ -1,7 +1,6 @@
 #pragma once
 // Samples held against a triangle eight at a time, on a host.
 #include "gpu/exact/steps/heights.h"
-#include "gpu/exact/steps/triangle.h"
 
 namespace cordillera::gpu::exact {
 

@@ -4,27 +4,17 @@
 #include <cstdint>
 #include <cstring>
 
-// A sanitizer's own calls do not work yet where the loader chooses between the versions.
-#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && \
-    defined(__OPTIMIZE__)
-#define CORDILLERA_WIDE __attribute__((target_clones("avx2", "default")))
-#else
-#define CORDILLERA_WIDE
-#endif
+#include "proto/wide.h"
+
+// How such numbers are passed between functions depends on the instruction set. So the functions below are inlined wherever they
+// are used.
+#define CORDILLERA_LANES __attribute__((always_inline)) inline
 
 namespace cordillera::gpu::exact {
 
 using Floats = float __attribute__((vector_size(32)));
 using Ints = std::int32_t __attribute__((vector_size(32)));  ///< a comparison has -1 where it holds
 inline constexpr int kLanes = 8;
-
-}  // namespace cordillera::gpu::exact
-
-// Of what is passed by value between functions, an instruction set would decide how. So these are macros in all but name: they
-// are inlined wherever they are used.
-#define CORDILLERA_LANES __attribute__((always_inline)) inline
-
-namespace cordillera::gpu::exact {
 
 template <class T>
 CORDILLERA_LANES void load(T& to, const void* from) {
@@ -34,7 +24,7 @@ template <class T>
 CORDILLERA_LANES void store(void* to, const T& from) {
   std::memcpy(to, &from, sizeof from);
 }
-/// Where `here` holds not, 0.
+/// 0 where `here` does not hold.
 CORDILLERA_LANES void keep(Floats& value, const Ints& here) {
   Ints bits;
   load(bits, &value);
