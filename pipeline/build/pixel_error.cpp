@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <optional>
 #include <tuple>
 #include <utility>
@@ -244,11 +243,7 @@ MetPixels meet_pixels(const LevelContext& context, BuiltTile& built, TilePixels&
   const auto broken = [&](const proto::TileMesh& mesh) {
     gpu::SurfaceErrorInput asked = input;
     asked.mesh = &mesh;
-    const std::vector<std::uint32_t> over_limit = gpu::triangles_over(gpu::surface_error(asked, limit_m, memory)),
-                                     turned = gpu::turned_triangles(upright, mesh);
-    std::vector<std::uint32_t> all;
-    std::set_union(over_limit.begin(), over_limit.end(), turned.begin(), turned.end(), std::back_inserter(all));
-    return all;
+    return in_either(gpu::triangles_over(gpu::surface_error(asked, limit_m, memory)), gpu::turned_triangles(upright, mesh));
   };
   MetPixels met;
   const auto meet = [&] {

@@ -28,14 +28,13 @@ void stand_up(BuiltTile& built, const gpu::Upright& upright, const gpu::ErrorMet
   if (is_at_pole(built.tile)) gpu::flip_turned(built.mesh, upright, meter, INFINITY);
 }
 
-/// Ascending lists as one.
-std::vector<std::uint32_t> both(const std::vector<std::uint32_t>& a, const std::vector<std::uint32_t>& b) {
+}  // namespace
+
+std::vector<std::uint32_t> in_either(const std::vector<std::uint32_t>& a, const std::vector<std::uint32_t>& b) {
   std::vector<std::uint32_t> all;
   std::set_union(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(all));
   return all;
 }
-
-}  // namespace
 
 gpu::SurfaceErrorInput surface_input(const LevelContext& context, const BuiltTile& built) {
   gpu::SurfaceErrorInput input;
@@ -57,7 +56,7 @@ std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built
   stand_up(built, upright, samples);
   if (context.promise) {
     const std::vector<std::uint32_t> over =
-        both(gpu::triangles_over(gpu::surface_error(input, limit_m, memory)), gpu::turned_triangles(upright, built.mesh));
+        in_either(gpu::triangles_over(gpu::surface_error(input, limit_m, memory)), gpu::turned_triangles(upright, built.mesh));
     const gpu::UprightMeter in_space(samples, upright);
     const gpu::SteppedMeter meter(in_space, step);
     if (!over.empty()) built.put_back = gpu::refine(built.mesh, meter, limit_m, over, SIZE_MAX).inserted;
@@ -69,7 +68,7 @@ std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built
   built.max_error_m = built.measured.max_m + gpu::kGrace_m;
   const std::vector<std::uint32_t> turned = gpu::turned_triangles(upright, built.mesh);
   built.turned = turned.size();
-  return both(left, turned);
+  return in_either(left, turned);
 }
 
 std::vector<std::uint32_t> compose(const LevelContext& context, const PreparedTile& prepared, BuiltTile& built, double limit_m) {
@@ -87,7 +86,7 @@ std::vector<std::uint32_t> compose(const LevelContext& context, const PreparedTi
   const double left_m = std::max(limit_m, truth.least_m() + kLeastStepShare * limit_m);
   std::vector<std::uint32_t> over, still_over;
   double greatest_m = greatest_error_m(errors, built.mesh, left_m, over);
-  over = both(over, gpu::turned_triangles(upright, built.mesh));
+  over = in_either(over, gpu::turned_triangles(upright, built.mesh));
   if (context.promise) {
     if (!over.empty()) built.put_back = gpu::refine(built.mesh, meter, left_m, over, truth.points()).inserted;
     gpu::flip_turned(built.mesh, upright, errors, left_m);
@@ -98,7 +97,7 @@ std::vector<std::uint32_t> compose(const LevelContext& context, const PreparedTi
   built.max_error_m = greatest_m;
   const std::vector<std::uint32_t> turned = gpu::turned_triangles(upright, built.mesh);
   built.turned = turned.size();
-  return both(still_over, turned);
+  return in_either(still_over, turned);
 }
 
 void hand_up(const LevelContext& context, PreparedTile& prepared, BuiltTile& built) {

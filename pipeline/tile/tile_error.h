@@ -9,6 +9,9 @@ namespace cordillera::pipeline {
 
 inline constexpr double kLeastStepShare = 0.25;  ///< of the target, for the step above the blocks, even where children left less
 
+/// Two ascending lists of triangles as one.
+std::vector<std::uint32_t> in_either(const std::vector<std::uint32_t>& a, const std::vector<std::uint32_t>& b);
+
 /// A tile, and the samples that it is measured against.
 gpu::SurfaceErrorInput surface_input(const LevelContext& context, const BuiltTile& built);
 
