@@ -2,7 +2,6 @@
 // The driver of the engine, written once in steps over arrays (engine.inl); an Executor runs the steps. Beyond those of
 // gpu/collapse/waves.h (Array<T>, copy_in, copy_out, zero, each, exclusive_sum, group) it has:
 //   rows(room, from, columns, rows, stride)   rows of a host's array, where the steps can read them
-//   each_slow(n, f)                           f(i) for i in 0..n-1, where a single one may take long
 //   each_at(columns, rows, f)                 f(x, y) for x in 0..columns-1, y in 0..rows-1
 //   each_run(n, f)                            f(i, lanes) for i in 0..n-1, with as many lanes as the executor likes
 //   windows(pass, count)                      the windows of a pass
@@ -48,7 +47,7 @@ class Engine final : public BlockSimplifier {
 
   proto::Result<std::vector<std::vector<BlockMesh>>> simplify(std::span<const Block> blocks, const BlockPlan& plan,
                                                               const Watch& watch) override;
-  proto::Result<std::vector<BlockMesh>> simplify_above(Ground ground, const BlockMesh& start, const BlockPlan& plan,
+  proto::Result<std::vector<BlockMesh>> simplify_above(const Ground& ground, const BlockMesh& start, const BlockPlan& plan,
                                                        const Watch& watch) override;
   std::string device() const override { return executor_->name(); }
   const BlockTimes& times() const override { return times_; }
@@ -78,7 +77,9 @@ class Engine final : public BlockSimplifier {
   void begin(std::span<const Block> blocks, const BlockPlan& plan, StopWatch& watch);
   enum class Holds { samples, squares };
   void lay_out_blocks(std::span<const Block> blocks, const BlockPlan& plan, Holds holds);
-  void load_ground(const Ground& ground);
+  void fit_bins(std::span<const std::uint32_t> positions);
+  void choose_bin_bits();
+  void load_ground(const Ground& ground, const std::vector<Depth>& depths);
   void load_start(const RingMesh& start);
   proto::Result<std::vector<std::vector<BlockMesh>>> run_levels(const BlockPlan& plan, const Watch& follow, StopWatch& watch);
   void hand_out_squares(const Watch& follow);

@@ -1,9 +1,9 @@
 // The driver of the engine; included by engine_host.cpp and engine_cuda.cu only.
 #include <algorithm>
-#include <bit>
-#include <cmath>
 
+#include "gpu/exact/above_blocks.inl"
 #include "gpu/exact/engine.h"
+#include "gpu/exact/level_results.inl"
 #include "gpu/exact/shared_sides.inl"
 
 namespace cordillera::gpu::exact {
@@ -11,7 +11,6 @@ namespace cordillera::gpu::exact {
 inline constexpr int kPasses = 3;
 /// Waves of all passes but the last end when fewer than one vertex in so many goes: the next pass has other windows.
 inline constexpr int kIdleShare = 64;
-inline constexpr std::size_t kRunsWanted = 8192, kPartsWanted = std::size_t{1} << 20;  ///< of triangles, when they are measured
 
 template <class Executor>
 proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::simplify(std::span<const Block> blocks,
@@ -22,31 +21,6 @@ proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::simplify(st
   begin(blocks, plan, watch);
   hand_out_squares(follow);
   return run_levels(plan, follow, watch);
-}
-
-template <class Executor>
-proto::Result<std::vector<BlockMesh>> Engine<Executor>::simplify_above(Ground ground, const BlockMesh& start,
-                                                                       const BlockPlan& plan, const Watch& follow) {
-  if (auto problem = check_call(ground, plan)) return *problem;
-  const auto rings = ring_mesh(start, ground.columns, ground.rows);
-  if (!rings.ok()) return rings.problem();
-  executor_->use(follow.stop);
-  StopWatch watch;
-  times_ = {};
-  join_depths(ground, plan.levels.back().rim_reach);
-  Block block;
-  block.west = ground.west, block.south = ground.south;
-  block.columns = ground.columns, block.rows = ground.rows;
-  block.curve = ground.curve, block.curve_up = ground.curve_up;
-  bin_shift_ = bin_shift_for(rings->position);
-  lay_out_blocks({&block, 1}, plan, Holds::squares);
-  load_ground(ground);
-  load_curves({&block, 1});
-  bound(1);
-  load_start(*rings);
-  auto levels = run_levels(plan, follow, watch);
-  if (!levels.ok()) return levels.problem();
-  return std::move(levels->front());
 }
 
 template <class Executor>
@@ -86,7 +60,6 @@ proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::run_levels(
 template <class Executor>
 void Engine<Executor>::begin(std::span<const Block> blocks, const BlockPlan& plan, StopWatch& watch) {
   times_ = {};
-  bin_shift_ = kBinShift;
   lay_out_blocks(blocks, plan, Holds::samples);
   load(blocks);
   load_curves(blocks);
@@ -112,7 +85,6 @@ void Engine<Executor>::lay_out_blocks(std::span<const Block> blocks, const Block
   lattice_period_ = std::int64_t{plan.tile_side} << (plan.levels.size() - 1);
   samples_ = 0;
   std::size_t squares = 0;
-  int most_bins = 1;
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     BlockView& view = blocks_[b];
     Field& field = view.field;
@@ -138,9 +110,9 @@ void Engine<Executor>::lay_out_blocks(std::span<const Block> blocks, const Block
     const std::int32_t sides =
         (field.columns - 1) | (field.rows - 1) | view.lattice_x | view.lattice_y | plan.tile_side | kLargestSquare;
     largest_square_[b] = sides & -sides;
-    most_bins = std::max({most_bins, field.columns >> bin_shift_, field.rows >> bin_shift_});
   }
-  for (bin_bits_ = 1; most_bins + 1 + (1 << bin_bits_) / 3 > 1 << bin_bits_;) ++bin_bits_;
+  bin_shift_ = kBinShift;
+  choose_bin_bits();
   heights_.reserve(samples_ + kReadBeyond);
   depths_.reserve(samples_);
   planes_.reserve(squares);
@@ -149,6 +121,15 @@ void Engine<Executor>::lay_out_blocks(std::span<const Block> blocks, const Block
     if (holds == Holds::samples) blocks_[b].field.height = heights_.data() + places_[b].sample;
     for (int tier = 0; tier < kTiers; ++tier) blocks_[b].field.plane[tier] = planes_.data() + places_[b].square[tier];
   }
+}
+
+/// A way, with room for the shift of a pass.
+template <class Executor>
+void Engine<Executor>::choose_bin_bits() {
+  int most_bins = 1;
+  for (const BlockView& view : blocks_)
+    most_bins = std::max({most_bins, view.field.columns >> bin_shift_, view.field.rows >> bin_shift_});
+  for (bin_bits_ = 1; most_bins + 1 + (1 << bin_bits_) / 3 > 1 << bin_bits_;) ++bin_bits_;
 }
 
 template <class Executor>
@@ -181,43 +162,6 @@ void Engine<Executor>::load(std::span<const Block> blocks) {
     own.east -= inset(kEast);
     own.north -= inset(kNorth);
     own.west += inset(kWest);
-  }
-}
-
-template <class Executor>
-void Engine<Executor>::load_ground(const Ground& ground) {
-  Field& field = blocks_[0].field;
-  const Squares& squares = ground.squares;
-  executor_->copy_in(planes_.data() + places_[0].square[0], squares.plane.data(), squares.plane.size());
-  codes_.reserve(squares.code.size());
-  executor_->copy_in(codes_.data(), squares.code.data(), squares.code.size());
-  field.code = codes_.data();
-  if (!squares.depth.empty()) {
-    for (int tier = 0; tier < kTiers; ++tier) field.tier_depth[tier] = tier_depths_.data() + places_[0].square[tier];
-    executor_->copy_in(tier_depths_.data() + places_[0].square[0], squares.depth.data(), squares.depth.size());
-  }
-  executor_->wait();  // what was copied is the caller's
-  sides_.assign(1, {});
-  has_shared_sides_ = false;
-  whole_blocks_ = blocks_;
-}
-
-/// Squares of 8 of all blocks, for whoever builds above them.
-template <class Executor>
-void Engine<Executor>::hand_out_squares(const Watch& follow) {
-  if (!follow.squares) return;
-  for (std::size_t b = 0; b < blocks_.size(); ++b) {
-    const Field& field = blocks_[b].field;
-    const std::size_t squares = static_cast<std::size_t>(field.tier_stride[0]) * static_cast<std::size_t>(field.squares_down(0)),
-                      first = places_[b].square[0];
-    codes_.reserve(64 * squares);
-    executor_->each(squares, CodeSamples{field, codes_.data()});
-    Squares known{std::vector<BoundingPlane>(squares), std::vector<std::uint8_t>(64 * squares),
-                  std::vector<Depth>(field.has_voids() ? squares : 0)};
-    executor_->copy_out(known.plane.data(), planes_.data() + first, squares);
-    executor_->copy_out(known.code.data(), codes_.data(), known.code.size());
-    if (field.has_voids()) executor_->copy_out(known.depth.data(), tier_depths_.data() + first, squares);
-    follow.squares(b, std::move(known));
   }
 }
 
@@ -340,23 +284,6 @@ void Engine<Executor>::take_network(std::span<const Network> nets) {
   reserve_vertices();
 }
 
-/// The blocks' meshes as one, in place of a start of its own.
-template <class Executor>
-void Engine<Executor>::load_start(const RingMesh& start) {
-  vertices_ = start.position.size();
-  first_vertex_ = {0, static_cast<std::uint32_t>(vertices_)};
-  reserve_vertices();
-  executor_->copy_in(mesh_.position.data(), start.position.data(), vertices_);
-  executor_->copy_in(mesh_.height.data(), start.height.data(), vertices_);
-  executor_->copy_in(mesh_.valence.data(), start.valence.data(), vertices_);
-  executor_->copy_in(mesh_.mark.data(), start.mark.data(), vertices_);
-  executor_->copy_in(mesh_.ring.data(), start.ring.data(), start.ring.size());
-  first_array_.reserve(first_vertex_.size());
-  executor_->copy_in(first_array_.data(), first_vertex_.data(), first_vertex_.size());
-  times_.start_vertices = vertices_;
-  executor_->wait();  // what was copied is the caller's
-}
-
 template <class Executor>
 void Engine<Executor>::reserve_vertices() {
   mesh_.reserve(vertices_);
@@ -457,75 +384,6 @@ void Engine<Executor>::pack() {
   executor_->each(vertices_, PackVertex{mesh_.view(), packed_.view(), number_.data()});
   vertices_ = first_vertex_.back();
   std::swap(mesh_, packed_);
-}
-
-// ---- what a level has become
-
-template <class Executor>
-std::size_t Engine<Executor>::list_triangles(const OwnTriangles& own) {
-  executor_->each(vertices_ + 1, CountTriangles{own, vertices_, count_.data()});
-  executor_->exclusive_sum(count_.data(), number_.data(), vertices_ + 1);
-  std::uint32_t triangles = 0;
-  executor_->copy_out(&triangles, number_.data() + vertices_, 1);
-  corners_.reserve(std::size_t{3} * triangles);
-  executor_->each(vertices_, TakeTriangles{own, number_.data(), corners_.data()});
-  return triangles;
-}
-
-template <class Executor>
-std::vector<ErrorSums> Engine<Executor>::measure(const OwnTriangles& own, std::size_t triangles, double tolerance) {
-  errors_.reserve(blocks_.size());
-  executor_->zero(errors_.data(), blocks_.size());
-  // Few triangles are large: several warps share one.
-  const std::size_t length = std::clamp<std::size_t>(triangles / kRunsWanted, 1, 32);
-  const std::size_t parts = std::clamp<std::size_t>(kPartsWanted / std::max<std::size_t>(triangles, 1), 1, Executor::kMostParts);
-  executor_->each_run((triangles + length - 1) / length * parts,
-                      MeasureTriangles{own, corners_.data(), triangles, length, parts, kErrorUnits / tolerance, errors_.data()});
-  std::vector<ErrorSums> errors(blocks_.size());
-  executor_->copy_out(errors.data(), errors_.data(), errors.size());
-  return errors;
-}
-
-template <class Executor>
-void Engine<Executor>::bound_triangles(const OwnTriangles& own, std::size_t triangles, float tolerance) {
-  bounds_.reserve(triangles);
-  executor_->each_slow(triangles, BoundTriangle{own, corners_.data(), tolerance, bounds_.data()});
-  bound_.resize(triangles);
-  executor_->copy_out(bound_.data(), bounds_.data(), triangles);
-}
-
-template <class Executor>
-void Engine<Executor>::download(std::size_t triangles, std::span<const ErrorSums> errors, double tolerance,
-                                std::vector<BlockMesh>& meshes) {
-  std::vector<std::uint32_t> position(vertices_), corners(3 * triangles);
-  std::vector<float> height(vertices_);
-  std::vector<std::uint8_t> mark(vertices_);
-  executor_->copy_out(position.data(), mesh_.position.data(), vertices_);
-  executor_->copy_out(height.data(), mesh_.height.data(), vertices_);
-  executor_->copy_out(mark.data(), mesh_.mark.data(), vertices_);
-  executor_->copy_out(corners.data(), corners_.data(), corners.size());
-  std::size_t t = 0;
-  for (std::size_t b = 0; b < meshes.size(); ++b) {
-    BlockMesh& mesh = meshes[b];
-    mesh = {};
-    const std::uint32_t first = first_vertex_[b], end = first_vertex_[b + 1];
-    for (std::uint32_t v = first; v < end; ++v) {
-      const bool is_void = (mark[v] & kVoidVertex) != 0;
-      mesh.x.push_back(static_cast<std::uint16_t>(position_x(position[v])));
-      mesh.y.push_back(static_cast<std::uint16_t>(position_y(position[v])));
-      mesh.height.push_back(is_void ? 0 : static_cast<std::int32_t>(height[v]));
-      mesh.is_void.push_back(is_void ? 1 : 0);
-    }
-    for (; t < triangles && corners[3 * t] < end; ++t)
-      mesh.triangles.push_back({corners[3 * t] - first, corners[3 * t + 1] - first, corners[3 * t + 2] - first});
-    if (!blocks_[b].field.height) mesh.bound = std::move(bound_);
-    mesh.max_error_m = std::bit_cast<double>(errors[b].max_bits) * proto::kHeightStep_m;
-    mesh.measured = errors[b].samples;
-    if (mesh.measured) {
-      mesh.rmse_m = std::sqrt(static_cast<double>(errors[b].squares) / static_cast<double>(mesh.measured)) * tolerance /
-                    kErrorUnits * proto::kHeightStep_m;
-    }
-  }
 }
 
 }  // namespace cordillera::gpu::exact

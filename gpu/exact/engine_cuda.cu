@@ -32,6 +32,13 @@ struct WarpLanes {
     }
     return value;
   }
+  __device__ float max(float value) const {
+    for (int o = 16; o; o /= 2) value = fmaxf(value, __shfl_xor_sync(~0u, value, o));
+    return value;
+  }
+  __device__ float coded_error(const Triangle& t, const Field& field, int sx, int sy) const {
+    return coded_square_error(t, field, sx, sy, *this);
+  }
   __device__ void add(ErrorSums& to, const ErrorSums& sums) const {
     atomicAdd(reinterpret_cast<Word*>(&to.squares), static_cast<Word>(sums.squares));
     atomicAdd(reinterpret_cast<Word*>(&to.samples), static_cast<Word>(sums.samples));
@@ -95,10 +102,6 @@ class CudaExecutor : public CudaSteps {
     CORDILLERA_CUDA(cudaMemcpy2DAsync(room.data(), width * 4, from, static_cast<std::size_t>(stride) * 4, width * 4, height,
                                       cudaMemcpyHostToDevice, stream_));
     return {room.data(), columns};
-  }
-  template <class F>
-  void each_slow(std::size_t n, const F& f) {
-    each(n, f);
   }
   template <class F>
   void each_at(int columns, int rows, const F& f) {

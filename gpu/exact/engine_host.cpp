@@ -18,6 +18,7 @@ struct HostLane {
   int columns() const { return 1; }
   std::uint64_t sum(std::uint64_t value) const { return value; }
   std::uint64_t max(std::uint64_t value) const { return value; }
+  float coded_error(const Triangle& t, const Field& field, int sx, int sy) const { return eight_coded_error(t, field, sx, sy); }
   void add(ErrorSums& to, const ErrorSums& sums) const {
     __atomic_fetch_add(&to.squares, sums.squares, __ATOMIC_RELAXED);
     __atomic_fetch_add(&to.samples, sums.samples, __ATOMIC_RELAXED);
@@ -53,10 +54,6 @@ class HostExecutor : public HostSteps {
     in_pieces(n, 8192, [&f](std::size_t i) { f(i); });
   }
   template <class F>
-  void each_slow(std::size_t n, const F& f) {
-    in_pieces(n, 32, [&f](std::size_t i) { f(i); });
-  }
-  template <class F>
   void each_at(int columns, int rows, const F& f) {
     parallel_(static_cast<std::size_t>(rows), [&f, columns](std::size_t y) {
       for (int x = 0; x < columns; ++x) f(x, static_cast<int>(y));
@@ -64,7 +61,7 @@ class HostExecutor : public HostSteps {
   }
   template <class F>
   void each_run(std::size_t n, const F& f) {
-    in_pieces(n, 64, [&f](std::size_t i) { f(i, HostLane{}); });
+    in_pieces(n, 32, [&f](std::size_t i) { f(i, HostLane{}); });
   }
   void group(std::span<const std::uint32_t> values, const std::uint32_t* group_of, std::span<const std::uint32_t> first,
              std::uint32_t* to) {

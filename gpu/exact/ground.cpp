@@ -83,23 +83,24 @@ class Fan {
 
 }  // namespace
 
-void join_depths(Ground& ground, int reach) {
-  if (ground.squares.depth.empty()) return;
+std::vector<Depth> joined_depths(const Ground& ground, int reach) {
+  std::vector<Depth> depths = ground.squares.depth;
+  if (depths.empty()) return depths;
   const std::int32_t across = (ground.columns - 1) / 8 + 1, up = (ground.rows - 1) / 8 + 1;
   std::vector<std::uint8_t> has_valid, has_void;
-  for (const Depth depth : ground.squares.depth) {
+  for (const Depth depth : depths) {
     has_valid.push_back(has_deep_valid(depth, -1));
     has_void.push_back(has_deep_void(depth, -1));
   }
   const std::vector<std::uint16_t> to_valid = squares_apart(has_valid, across, up), to_void = squares_apart(has_void, across, up);
-  for (std::size_t i = 0; i < ground.squares.depth.size(); ++i) {
-    Depth& depth = ground.squares.depth[i];
+  for (std::size_t i = 0; i < depths.size(); ++i) {
     const auto nearer = [&](int known, std::uint16_t apart) {
       const int r = reach_of(apart);
       return r <= reach ? std::min(known, r + 1) : known;
     };
-    depth = static_cast<Depth>(nearer(depth & 15, to_void[i]) | nearer(depth >> 4, to_valid[i]) << 4);
+    depths[i] = static_cast<Depth>(nearer(depths[i] & 15, to_void[i]) | nearer(depths[i] >> 4, to_valid[i]) << 4);
   }
+  return depths;
 }
 
 proto::Result<RingMesh> ring_mesh(const BlockMesh& mesh, std::int32_t columns, std::int32_t rows) {

@@ -9,9 +9,9 @@
 
 namespace cordillera::gpu::exact {
 
-/// Squares hold how far their samples are from the other kind as far as their block knows it. Where that is less by how far
-/// squares are apart, also of other blocks, they hold that now, up to 2^reach; never less than it is.
-void join_depths(Ground& ground, int reach);
+/// A ground's squares hold how far their samples are from the other kind as far as their block knows it. Where that is less by
+/// how far squares are apart, also of other blocks, that is given, up to 2^reach; never less than it is. Empty: no voids.
+std::vector<Depth> joined_depths(const Ground& ground, int reach);
 
 /// The ring-only mesh of a triangulation; on the host.
 struct RingMesh {

@@ -121,11 +121,14 @@ struct BoundTriangle {
   float tolerance;  ///< of the level: no more is said
   float* bound;
 
-  CORDILLERA_HD void operator()(std::size_t t) const {
+  template <class Lanes>
+  CORDILLERA_HD void operator()(std::size_t t, const Lanes& lanes) const {
     const std::uint32_t* const v = corners + 3 * t;
     const Field& field = own.blocks[own.finder.block_of(v[0])].field;
-    bound[t] = bound_under(make_triangle(own.corner(v[0]), own.corner(v[1]), own.corner(v[2]), {tolerance, 0, field.curve}),
-                           field, tolerance);
+    const float under =
+        bound_under(make_triangle(own.corner(v[0]), own.corner(v[1]), own.corner(v[2]), {tolerance, 0, field.curve}), field,
+                    tolerance, lanes);
+    if (lanes.index() == 0) bound[t] = under;
   }
 };
 

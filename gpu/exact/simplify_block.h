@@ -147,8 +147,8 @@ class BlockSimplifier {
                                                                       const Watch& watch = {}) = 0;
   /// result[l] is a level above blocks, from their meshes as one, `start`. What is known of the ground is all that is asked:
   /// triangles that the start has may be farther from samples than the first level's tolerance only if they were in it.
-  virtual proto::Result<std::vector<BlockMesh>> simplify_above(Ground ground, const BlockMesh& start, const BlockPlan& plan,
-                                                               const Watch& watch = {}) = 0;
+  virtual proto::Result<std::vector<BlockMesh>> simplify_above(const Ground& ground, const BlockMesh& start,
+                                                               const BlockPlan& plan, const Watch& watch = {}) = 0;
   virtual std::string device() const = 0;       ///< "cpu" or "cuda:0 (NVIDIA …)"
   virtual const BlockTimes& times() const = 0;  ///< of the last call
 };

@@ -20,6 +20,12 @@ struct SampleFrames {
       cos_lon.push_back(c.cos_lon);
     }
   }
+  /// A part of them.
+  SampleFrames(const SampleFrames& of, std::size_t first_row, std::size_t row_count, std::size_t first_column,
+               std::size_t column_count)
+      : rows(&of.rows[first_row], &of.rows[first_row] + row_count),
+        sin_lon(&of.sin_lon[first_column], &of.sin_lon[first_column] + column_count),
+        cos_lon(&of.cos_lon[first_column], &of.cos_lon[first_column] + column_count) {}
   proto::ColumnFrame column(std::size_t k) const { return {sin_lon[k], cos_lon[k]}; }
 };
 

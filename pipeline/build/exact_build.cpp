@@ -284,34 +284,76 @@ proto::Result<FinishedTask> build_exact_block(const proto::Plan& plan, const pro
   return BlockBuild(plan, node, place, samples, team).run(simplifiers, share);
 }
 
+namespace {
+
+/// Levels above blocks. While the engine makes one, the tiles of those before it are finished.
+class AboveBuild {
+ public:
+  AboveBuild(const proto::Plan& plan, Above above, Workers& workers)
+      : plan_(plan),
+        workers_(workers),
+        place_(place_above(plan)),
+        curve_(curve_of(plan, place_)),
+        lattice_(lattice_of(plan)),
+        above_(std::move(above)),
+        known_(lattice_, above_.ground) {
+    above_.ground.curve = curve_.rows;
+    above_.ground.curve_up = curve_.up;
+  }
+
+  proto::Result<std::vector<EncodedTile>> run(ExactSimplifiers& simplifiers) {
+    std::vector<std::future<std::vector<EncodedTile>>> under_way;
+    const auto take = [&](std::size_t l, BlockMesh&& mesh) {
+      if (l == 0) under_way.clear();  // a lost device's
+      const int z = static_cast<int>(plan_.block_level()) - 1 - static_cast<int>(l);
+      under_way.push_back(std::async(std::launch::async, [this, z, kept = std::move(mesh)] { return finished(z, kept); }));
+    };
+    const auto made = simplifiers.simplify_above(above_, levels_above(plan_), take);
+    std::vector<EncodedTile> all;
+    for (auto& level : under_way) {
+      std::vector<EncodedTile> tiles = level.get();
+      std::move(tiles.begin(), tiles.end(), std::back_inserter(all));
+    }
+    if (!made.ok()) return made.problem();
+    return all;
+  }
+
+ private:
+  std::vector<EncodedTile> finished(int z, const BlockMesh& mesh) {
+    const LevelContext context{&lattice_, &level_plan(plan_, z), plan_.promise(), nullptr};
+    std::vector<BuiltTile> tiles = tiles_of_block(plan_, place_, z, mesh, TileParts::published);
+    std::vector<std::optional<EncodedTile>> made(tiles.size());
+    workers_.each(tiles.size(), [&](std::size_t k, unsigned) {
+      state_error(context, known_, tiles[k]);
+      made[k] = encode_tile(context, tiles[k], plan_.options());
+      tiles[k] = {};
+    });
+    std::vector<EncodedTile> encoded;
+    for (std::optional<EncodedTile>& tile : made) {
+      if (tile) encoded.push_back(std::move(*tile));
+    }
+    return encoded;
+  }
+
+  const proto::Plan& plan_;
+  Workers& workers_;
+  const BlockPlace place_;
+  const BlockCurve curve_;
+  const proto::Lattice lattice_;
+  Above above_;
+  const KnownGround known_;
+};
+
+}  // namespace
+
 proto::Result<FinishedTask> build_exact_above(const proto::Plan& plan, const std::vector<const KeptBlock*>& kept,
                                               ExactSimplifiers& simplifiers, Workers& workers) {
   FinishedTask task;
   task.node = node_above(plan);
   if (std::all_of(kept.begin(), kept.end(), [](const KeptBlock* block) { return !block; })) return task;
-  Above above = join_blocks(plan, kept);
-  const BlockPlace place = place_above(plan);
-  const BlockCurve curve = curve_of(plan, place);
-  above.ground.curve = curve.rows;
-  above.ground.curve_up = curve.up;
-  const proto::Lattice lattice = lattice_of(plan);
-  std::vector<EncodedTile> encoded;
-  const auto take = [&](std::size_t l, BlockMesh&& mesh) {
-    if (l == 0) encoded.clear();  // a lost device's
-    const int z = static_cast<int>(plan.block_level()) - 1 - static_cast<int>(l);
-    const LevelContext context{&lattice, &level_plan(plan, z), plan.promise(), nullptr};
-    std::vector<BuiltTile> tiles = tiles_of_block(plan, place, z, mesh, TileParts::published);
-    std::vector<std::optional<EncodedTile>> made(tiles.size());
-    workers.each(tiles.size(), [&](std::size_t k, unsigned) {
-      state_error(context, above.ground, tiles[k]);
-      made[k] = encode_tile(context, tiles[k], plan.options());
-    });
-    for (std::optional<EncodedTile>& tile : made) {
-      if (tile) encoded.push_back(std::move(*tile));
-    }
-  };
-  if (const auto made = simplifiers.simplify_above(above, levels_above(plan), take); !made.ok()) return made.problem();
-  task.tiles = std::move(encoded);
+  auto tiles = AboveBuild(plan, join_blocks(plan, kept), workers).run(simplifiers);
+  if (!tiles.ok()) return tiles.problem();
+  task.tiles = std::move(*tiles);
   return task;
 }
 

@@ -6,9 +6,8 @@
 #include <random>
 
 #include "gpu/exact/steps/bounds.h"
-#include "gpu/exact/steps/eight_columns.h"
+#include "gpu/exact/steps/host_team.h"
 #include "gpu/exact/steps/start.h"
-#include "gpu/exact/steps/whole_ring.h"
 #include "tests/gpu/exact_terrain.h"
 
 namespace cordillera::gpu::exact {
@@ -31,10 +30,16 @@ class MadeField {
       for (int x = 0; x < field.stride; ++x) load(x, y);
     }
     field.height = heights_.data();
-    if (voids) {
-      field.depth = depths_.data();
-      bound();
-    }
+    if (voids) field.depth = depths_.data();
+    bound();
+  }
+  /// The field as it is above blocks.
+  Field coded() {
+    code_.resize(64 * planes_[0].size());
+    for (std::size_t i = 0; i < planes_[0].size(); ++i) CodeSamples{field, code_.data()}(i);
+    Field above = field;
+    above.height = nullptr, above.depth = nullptr, above.code = code_.data();
+    return above;
   }
   void find_depths(int rim_reach) {
     const std::size_t words = heights_.size() / 8;
@@ -64,7 +69,7 @@ class MadeField {
       field.tier_stride[tier] = ((field.columns - 1) >> tier_shift(tier)) + 1;
       const auto squares = static_cast<std::size_t>(field.tier_stride[tier] * field.squares_down(tier));
       planes_[tier].resize(squares), tier_depths_[tier].resize(squares);
-      field.plane[tier] = planes_[tier].data(), field.tier_depth[tier] = tier_depths_[tier].data();
+      field.plane[tier] = planes_[tier].data(), field.tier_depth[tier] = field.depth ? tier_depths_[tier].data() : nullptr;
       for (std::size_t i = 0; i < squares; ++i) {
         if (tier == 0)
           BoundSamples{field, planes_[tier].data(), tier_depths_[tier].data()}(i);
@@ -78,6 +83,7 @@ class MadeField {
   std::vector<Depth> tier_depths_[2];
   std::vector<float> heights_;
   std::vector<Depth> depths_;
+  std::vector<std::uint8_t> code_;
 };
 
 class ExactDepths : public testing::TestWithParam<std::string> {};
@@ -207,6 +213,42 @@ TEST(ExactEightColumns, SayWhatEverySampleSays) {
   EXPECT_GT(fitting, 2000);
   EXPECT_GT(others, 2000);
 }
+
+/// One lane that looks at a sample at a time.
+struct OneLane {
+  int row() const { return 0; }
+  int rows() const { return 1; }
+  int column() const { return 0; }
+  int columns() const { return 1; }
+  float max(float value) const { return value; }
+};
+
+class ExactCodedSquares : public testing::TestWithParam<std::string> {};
+TEST_P(ExactCodedSquares, SayWhatEverySampleSays) {
+  MadeField made(GetParam(), {640, -320, 61, 50});
+  const Field above = made.coded();
+  AnyTriangles triangles(made.field);
+  int fitting = 0, others = 0, none = 0, some = 0;
+  for (int k = 0; k < 20000; ++k) {
+    const Triangle t = triangles.next(20, static_cast<float>(1 << triangles.any(16)));
+    const SquareRange range = squares_under(t, 0);
+    const int sx = range.west + triangles.any(range.east - range.west + 1),
+              sy = range.south + triangles.any(range.north - range.south + 1);
+    const float slowly = coded_square_error(t, above, sx, sy, OneLane{});
+    ASSERT_EQ(eight_coded_error(t, above, sx, sy), slowly) << k;
+    ++(slowly < 0 ? none : some);
+    if (has_void(above, {sx, sx, sy, sy})) continue;
+    const bool fits = coded_samples_fit(t, above, sx, sy);
+    ASSERT_EQ(eight_coded_fit(t, above, sx, sy), fits) << k;
+    ++(fits ? fitting : others);
+  }
+  EXPECT_GT(fitting, 2000);
+  EXPECT_GT(others, 1000);
+  EXPECT_GT(none, 200);
+  EXPECT_GT(some, 2000);
+}
+INSTANTIATE_TEST_SUITE_P(Made, ExactCodedSquares, testing::Values("alpine", "islands"),
+                         [](const auto& test) { return test.param; });
 
 // Strides of 1 and more; and units beyond those that are rounded the short way.
 TEST(ExactEightColumns, PullAsEverySampleDoes) {

@@ -63,9 +63,25 @@ CORDILLERA_HD inline bool coded_samples_fit(const Triangle& t, const Field& fiel
   return true;
 }
 
+/// How far the valid samples of a square under a published triangle are from it, 2^-10 m; below 0: there are none. All lanes of
+/// a team have called, and get the same.
+template <class Lanes>
+CORDILLERA_HD float coded_square_error(const Triangle& t, const Field& field, int sx, int sy, const Lanes& lanes) {
+  float worst = -1;
+  for (int y = 8 * sy + lanes.row(); y < 8 * sy + 8; y += lanes.rows()) {
+    for (int x = 8 * sx + lanes.column(); x < 8 * sx + 8; x += lanes.columns()) {
+      if (!t.covers(x, y) || field.is_void_there(x, y)) continue;
+      const float off = magnitude(t.height_above(static_cast<float>(x), static_cast<float>(y), field.height_at(x, y)));
+      if (off > worst) worst = off;
+    }
+  }
+  return lanes.max(worst);
+}
+
 /// How far the valid samples under a published triangle may be from it, 2^-10 m, if the demand's tolerance was `most`: no more
 /// than that is said. Squares that cannot have more than what is found already are not looked at.
-CORDILLERA_HD inline float bound_under(const Triangle& t, const Field& field, float most) {
+template <class Lanes>
+CORDILLERA_HD float bound_under(const Triangle& t, const Field& field, float most, const Lanes& lanes) {
   if (!t.published) return 0;
   struct Square {
     std::int16_t x, y;
@@ -91,14 +107,10 @@ CORDILLERA_HD inline float bound_under(const Triangle& t, const Field& field, fl
       push(parts_under(t, s.tier, s.x, s.y), s.tier - 1);
       continue;
     }
-    const float error = code_error(field.plane[0][s.y * field.tier_stride[0] + s.x]);
-    for (int y = greatest(8 * s.y, t.south); y <= least(8 * s.y + 7, t.north); ++y) {
-      for (int x = greatest(8 * s.x, t.west); x <= least(8 * s.x + 7, t.east); ++x) {
-        if (!t.covers(x, y) || field.is_void_there(x, y)) continue;
-        const float off = magnitude(t.height_above(static_cast<float>(x), static_cast<float>(y), field.height_at(x, y))) + error;
-        if (off > asked.tolerance) asked.tolerance = off;
-      }
-    }
+    const float off = lanes.coded_error(t, field, s.x, s.y);
+    if (off < 0) continue;
+    const float error = off + code_error(field.plane[0][s.y * field.tier_stride[0] + s.x]);
+    if (error > asked.tolerance) asked.tolerance = error;
   }
   const float hidden = most - t.tolerance;  // what rounding and the earth's curve may add
   return asked.tolerance + hidden < most ? asked.tolerance + hidden : most;

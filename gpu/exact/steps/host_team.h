@@ -27,8 +27,9 @@ inline bool is_soon_seen(const Triangle& t) { return ((t.east - t.west) / 8 + 1)
 
 struct EightAtOnce {
   bool operator()(const Triangle& t, const Field& field, int sx, int sy) const {
-    if (!field.height) return coded_samples_fit(t, field, sx, sy);
-    if (!t.published || has_void(field, {sx, sx, sy, sy})) return samples_fit(t, field, sx, sy);
+    const bool plain = t.published && !has_void(field, {sx, sx, sy, sy});
+    if (!field.height) return plain ? eight_coded_fit(t, field, sx, sy) : coded_samples_fit(t, field, sx, sy);
+    if (!plain) return samples_fit(t, field, sx, sy);
     return eight_columns_fit(t, field, 8 * sx, greatest(8 * sy, t.south), least(8 * sy + 7, t.north));
   }
 };

@@ -10,7 +10,6 @@
 #include "gpu/measure/upright_flips.h"
 #include "gpu/refine/height_step.h"
 #include "pipeline/bound/overlay.h"
-#include "pipeline/build/exact/ground_meter.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/tile/border.h"
 #include "pipeline/tile/void_tile.h"
@@ -251,7 +250,7 @@ double greatest_error(const gpu::ErrorMeter& meter, const proto::TileMesh& mesh,
 
 }  // namespace
 
-void state_error(const LevelContext& context, const Ground& ground, BuiltTile& tile) {
+void state_error(const LevelContext& context, const KnownGround& ground, BuiltTile& tile) {
   const double step_m = context.level->ecef_step(), limit_m = context.level->target() - gpu::kGrace_m;
   const std::int32_t height_step = pipeline::height_step(*context.level);
   const GroundMeter known({context.lattice, tile.tile, tile.mesh.side, step_m, height_step}, ground);

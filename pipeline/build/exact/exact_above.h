@@ -5,6 +5,7 @@
 
 #include "gpu/exact/simplify_block.h"
 #include "pipeline/build/exact/exact_block.h"
+#include "pipeline/build/exact/ground_meter.h"
 #include "pipeline/build/exact/kept_block.h"
 #include "pipeline/plan/block_grid.h"
 #include "pipeline/tile/tile_mesh.h"
@@ -26,6 +27,6 @@ gpu::exact::BlockPlan levels_above(const proto::Plan& plan);
 /// States the tile's error: what the engine knows of it (max_error_m, as tiles_of_block has it), and what rounding may add. Steep
 /// triangles and needles are measured as they will be decoded; where they are too far off, or upside down in space, vertices are
 /// put back.
-void state_error(const LevelContext& context, const gpu::exact::Ground& ground, BuiltTile& tile);
+void state_error(const LevelContext& context, const KnownGround& known, BuiltTile& tile);
 
 }  // namespace cordillera::pipeline

@@ -13,6 +13,12 @@ namespace {
 constexpr std::int64_t kMargin = 2;  // units: samples beside a triangle that its chords may show
 constexpr double kRounded = 1;       // of a height to whole steps, and more
 
+/// What std::lround gives, without a call.
+std::int32_t nearest(float height) {
+  const double h = height;
+  return static_cast<std::int32_t>(h < 0 ? h - 0.5 : h + 0.5);
+}
+
 /// A meter of one triangle needs its tile's side, and the range of its heights.
 proto::TileMesh mesh_of(std::int32_t side, const std::array<gpu::MeshPoint, 3>& corners) {
   proto::TileMesh mesh;
@@ -39,7 +45,24 @@ gpu::exact::Field field_of(const gpu::exact::Ground& ground) {
   return field;
 }
 
-GroundMeter::GroundMeter(const At& at, const gpu::exact::Ground& ground) : at_(at), ground_(ground), field_(field_of(ground)) {
+namespace {
+
+/// Where a ground's samples lie.
+proto::Samples place_of(const gpu::exact::Ground& ground) {
+  proto::Samples place;
+  place.west = ground.west, place.south = ground.south;
+  place.columns = ground.columns, place.rows = ground.rows;
+  return place;
+}
+
+}  // namespace
+
+KnownGround::KnownGround(const proto::Lattice& lattice, const gpu::exact::Ground& of)
+    : ground(of), frames(lattice, place_of(of)) {}
+
+GroundMeter::GroundMeter(const At& at, const KnownGround& known)
+    : at_(at), ground_(known.ground), frames_(known.frames), field_(field_of(known.ground)) {
+  const gpu::exact::Ground& ground = known.ground;
   const std::int64_t circle = at.lattice->columns();
   const std::int64_t west = at.lattice->west(at.tile);
   // On the turn on which the tile has cells of the ground; there is one (merged_at_once).
@@ -54,17 +77,18 @@ GroundMeter::Known GroundMeter::around(const std::array<gpu::MeshPoint, 3>& corn
                      east = std::min<std::int64_t>(west_ + to_x + kMargin, ground_.columns - 1);
   const std::int64_t south = std::max<std::int64_t>(south_ + from_y - kMargin, 0),
                      north = std::min<std::int64_t>(south_ + to_y + kMargin, ground_.rows - 1);
-  Known known;
+  const auto columns = static_cast<std::size_t>(east - west + 1), rows = static_cast<std::size_t>(north - south + 1);
+  Known known{{}, {frames_, static_cast<std::size_t>(south), rows, static_cast<std::size_t>(west), columns}, 0};
   proto::Samples& samples = known.samples;
   samples.west = ground_.west + west, samples.south = ground_.south + south;
-  samples.columns = static_cast<std::int32_t>(east - west + 1), samples.rows = static_cast<std::int32_t>(north - south + 1);
-  samples.height.reserve(static_cast<std::size_t>(samples.columns) * static_cast<std::size_t>(samples.rows));
+  samples.columns = static_cast<std::int32_t>(columns), samples.rows = static_cast<std::int32_t>(rows);
+  samples.height.reserve(columns * rows);
   float error = 0;
   for (std::int64_t j = south; j <= north; ++j) {
     for (std::int64_t i = west; i <= east; ++i) {
       const int x = static_cast<int>(i), y = static_cast<int>(j);
       const bool none = field_.is_void_there(x, y);
-      samples.height.push_back(none ? proto::kNoHeight : static_cast<std::int32_t>(std::lround(field_.height_at(x, y))));
+      samples.height.push_back(none ? proto::kNoHeight : nearest(field_.height_at(x, y)));
       if (!none) error = std::max(error, gpu::exact::code_error(field_.plane[0][field_.square_of(x, y)]));
     }
   }
@@ -76,7 +100,7 @@ gpu::TriangleError GroundMeter::measure(const std::array<gpu::MeshPoint, 3>& cor
   const Known known = around(corners);
   const proto::TileMesh mesh = mesh_of(at_.side, corners);
   gpu::TriangleError error =
-      gpu::SampleMeter({at_.lattice, at_.tile, &mesh, &known.samples, at_.ecef_step_m, nullptr}, at_.height_step)
+      gpu::SampleMeter({at_.lattice, at_.tile, &mesh, &known.samples, at_.ecef_step_m, &known.frames}, at_.height_step)
           .measure(corners, limit_m - known.error_m);
   error.error_m += known.error_m;
   return error;

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "gpu/exact/simplify_block.h"
+#include "gpu/measure/sample_frames.h"
 #include "gpu/refine/refine.h"
 #include "proto/lattice.h"
 
@@ -11,7 +12,14 @@ namespace cordillera::pipeline {
 /// What the engine sees of a ground: squares of 8 alone. Borrows it.
 gpu::exact::Field field_of(const gpu::exact::Ground& ground);
 
-/// Each triangle's samples are taken for itself, so this is for the few that need it. Borrows lattice and ground.
+/// What all meters of a ground share; borrows it, its curve too.
+struct KnownGround {
+  KnownGround(const proto::Lattice& lattice, const gpu::exact::Ground& of);
+  const gpu::exact::Ground& ground;
+  const gpu::SampleFrames frames;
+};
+
+/// Each triangle's samples are taken for itself, so this is for the few that need it. Borrows lattice and what is known.
 class GroundMeter final : public gpu::ErrorMeter {
  public:
   struct At {
@@ -21,7 +29,7 @@ class GroundMeter final : public gpu::ErrorMeter {
     double ecef_step_m = 0;
     std::int32_t height_step = 1;  ///< of its level
   };
-  GroundMeter(const At& at, const gpu::exact::Ground& ground);
+  GroundMeter(const At& at, const KnownGround& known);
   gpu::TriangleError measure(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const override;
   double error_m(const std::array<gpu::MeshPoint, 3>& corners, const gpu::Glance& asked) const override;
   const gpu::exact::Field& field() const { return field_; }
@@ -34,12 +42,14 @@ class GroundMeter final : public gpu::ErrorMeter {
   /// Around the corners, and how far samples may be from them.
   struct Known {
     proto::Samples samples;
+    gpu::SampleFrames frames;
     double error_m = 0;
   };
   Known around(const std::array<gpu::MeshPoint, 3>& corners) const;
 
   At at_;
   const gpu::exact::Ground& ground_;
+  const gpu::SampleFrames& frames_;
   gpu::exact::Field field_;
   std::int64_t west_, south_;  ///< of the tile, in the ground's samples
 };

@@ -1,0 +1,99 @@
+// Levels above blocks, and what blocks hand out for them; included by engine.inl only.
+#include "gpu/exact/engine.h"
+
+namespace cordillera::gpu::exact {
+
+template <class Executor>
+proto::Result<std::vector<BlockMesh>> Engine<Executor>::simplify_above(const Ground& ground, const BlockMesh& start,
+                                                                       const BlockPlan& plan, const Watch& follow) {
+  if (auto problem = check_call(ground, plan)) return *problem;
+  const auto rings = ring_mesh(start, ground.columns, ground.rows);
+  if (!rings.ok()) return rings.problem();
+  executor_->use(follow.stop);
+  StopWatch watch;
+  times_ = {};
+  Block block;
+  block.west = ground.west, block.south = ground.south;
+  block.columns = ground.columns, block.rows = ground.rows;
+  block.curve = ground.curve, block.curve_up = ground.curve_up;
+  lay_out_blocks({&block, 1}, plan, Holds::squares);
+  fit_bins(rings->position);
+  load_ground(ground, joined_depths(ground, plan.levels.back().rim_reach));
+  load_curves({&block, 1});
+  bound(1);
+  load_start(*rings);
+  auto levels = run_levels(plan, follow, watch);
+  if (!levels.ok()) return levels.problem();
+  return std::move(levels->front());
+}
+
+template <class Executor>
+void Engine<Executor>::load_ground(const Ground& ground, const std::vector<Depth>& depths) {
+  Field& field = blocks_[0].field;
+  const Squares& squares = ground.squares;
+  executor_->copy_in(planes_.data() + places_[0].square[0], squares.plane.data(), squares.plane.size());
+  codes_.reserve(squares.code.size());
+  executor_->copy_in(codes_.data(), squares.code.data(), squares.code.size());
+  field.code = codes_.data();
+  if (!depths.empty()) {
+    for (int tier = 0; tier < kTiers; ++tier) field.tier_depth[tier] = tier_depths_.data() + places_[0].square[tier];
+    executor_->copy_in(tier_depths_.data() + places_[0].square[0], depths.data(), depths.size());
+  }
+  executor_->wait();  // what was copied is the caller's
+  sides_.assign(1, {});
+  has_shared_sides_ = false;
+  whole_blocks_ = blocks_;
+}
+
+/// The blocks' meshes as one, in place of a start of its own.
+template <class Executor>
+void Engine<Executor>::load_start(const RingMesh& start) {
+  vertices_ = start.position.size();
+  first_vertex_ = {0, static_cast<std::uint32_t>(vertices_)};
+  reserve_vertices();
+  executor_->copy_in(mesh_.position.data(), start.position.data(), vertices_);
+  executor_->copy_in(mesh_.height.data(), start.height.data(), vertices_);
+  executor_->copy_in(mesh_.valence.data(), start.valence.data(), vertices_);
+  executor_->copy_in(mesh_.mark.data(), start.mark.data(), vertices_);
+  executor_->copy_in(mesh_.ring.data(), start.ring.data(), start.ring.size());
+  first_array_.reserve(first_vertex_.size());
+  executor_->copy_in(first_array_.data(), first_vertex_.data(), first_vertex_.size());
+  times_.start_vertices = vertices_;
+  executor_->wait();  // what was copied is the caller's
+}
+
+/// Above blocks vertices are few on much ground, and fewer with each level: most of the smallest bins would be empty.
+template <class Executor>
+void Engine<Executor>::fit_bins(std::span<const std::uint32_t> positions) {
+  bin_shift_ = bin_shift_for(positions);
+  choose_bin_bits();
+}
+
+template <class Executor>
+void Engine<Executor>::bound_triangles(const OwnTriangles& own, std::size_t triangles, float tolerance) {
+  bounds_.reserve(triangles);
+  executor_->each_run(triangles, BoundTriangle{own, corners_.data(), tolerance, bounds_.data()});
+  bound_.resize(triangles);
+  executor_->copy_out(bound_.data(), bounds_.data(), triangles);
+}
+
+/// Squares of 8 of all blocks, for whoever builds above them.
+template <class Executor>
+void Engine<Executor>::hand_out_squares(const Watch& follow) {
+  if (!follow.squares) return;
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    const Field& field = blocks_[b].field;
+    const std::size_t squares = static_cast<std::size_t>(field.tier_stride[0]) * static_cast<std::size_t>(field.squares_down(0)),
+                      first = places_[b].square[0];
+    codes_.reserve(64 * squares);
+    executor_->each(squares, CodeSamples{field, codes_.data()});
+    Squares known{std::vector<BoundingPlane>(squares), std::vector<std::uint8_t>(64 * squares),
+                  std::vector<Depth>(field.has_voids() ? squares : 0)};
+    executor_->copy_out(known.plane.data(), planes_.data() + first, squares);
+    executor_->copy_out(known.code.data(), codes_.data(), known.code.size());
+    if (field.has_voids()) executor_->copy_out(known.depth.data(), tier_depths_.data() + first, squares);
+    follow.squares(b, std::move(known));
+  }
+}
+
+}  // namespace cordillera::gpu::exact
