@@ -250,6 +250,8 @@ void add_export(CommandLine& commands) {
     auto* added = command->add_option(name, take, option.help + " [" + option.accepted + "]");
     added->type_name(option.value)->expected(1)->allow_extra_args(false)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   }
+  command->add_option("--threads", line.threads, "threads that make an archive's tiles; 0: one for each usable core [0 to 1024]")
+      ->type_name("N");
   command->add_option("--max-triangles", line.most_triangles, "most triangles of a mesh [1 to 100000000; default 10000000]")
       ->type_name("N");
   add_value_flag(*command, "--overwrite,--force", line.other, pipeline::Existing::replace, "replace a file that is there");

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "pipeline/encode/little_endian.h"
+#include "pipeline/exports/batches.h"
 #include "pipeline/exports/tile_places.h"
 #include "pipeline/exports/whole_file.h"
 #include "pipeline/exports/zip_writer.h"
@@ -37,7 +38,14 @@ std::string index_bytes(std::vector<IndexEntry> entries) {
   return out;
 }
 
-void write(const faces::Terrain& terrain, const faces::Face& face, const fs::path& sibling) {
+struct Entry {
+  std::string path;
+  const faces::Resource* resource = nullptr;
+  faces::Place place;
+  faces::Document document;
+};
+
+void write(const faces::Terrain& terrain, const faces::Face& face, unsigned threads, const fs::path& sibling) {
   std::ofstream out = opened(sibling);
   ZipWriter zip(out);
   std::vector<IndexEntry> entries;
@@ -46,9 +54,13 @@ void write(const faces::Terrain& terrain, const faces::Face& face, const fs::pat
     const std::string hash = md5(path);
     entries.push_back({{little_endian_at<std::uint64_t>(hash, 0), little_endian_at<std::uint64_t>(hash, 8)}, offset});
   };
+  Batches<Entry> documents(
+      threads, [&](Entry& entry) { entry.document = made(terrain, *entry.resource, entry.place); },
+      [&](Entry& entry) { add(entry.path, entry.document.bytes); });
   each_named(terrain, face, [&](const std::string& path, const faces::Found& found) {
-    add(path, made(terrain, *found.resource, found.place).bytes);
+    documents.add({path, found.resource, found.place, {}});
   });
+  documents.finish();
   // No client of 3D Tiles asks for it: it says what the tiles were made of, as in a folder.
   add(kManifest, manifest_json(terrain.manifest()));
   zip.add(kIndex, index_bytes(std::move(entries)));
@@ -60,8 +72,9 @@ void write(const faces::Terrain& terrain, const faces::Face& face, const fs::pat
 
 bool fits_3tz(const faces::Face& face) { return face.entry == kEntry; }
 
-proto::Result<void> write_3tz(const faces::Terrain& terrain, const faces::Face& face, const std::string& path, Existing other) {
-  return write_whole(path, other, [&](const fs::path& sibling) { write(terrain, face, sibling); });
+proto::Result<void> write_3tz(const faces::Terrain& terrain, const faces::Face& face, const std::string& path, Existing other,
+                              unsigned threads) {
+  return write_whole(path, other, [&](const fs::path& sibling) { write(terrain, face, threads, sibling); });
 }
 
 }  // namespace cordillera::pipeline::exports

@@ -12,6 +12,6 @@ bool fits_3tz(const faces::Face& face);
 
 /// Every path of the face, under its own name. A ZIP has no way to store equal tiles once. Some 150 bytes of memory a path.
 proto::Result<void> write_3tz(const faces::Terrain& terrain, const faces::Face& face, const std::string& path,
-                              Existing other = Existing::replace);
+                              Existing other = Existing::replace, unsigned threads = 1);
 
 }  // namespace cordillera::pipeline::exports

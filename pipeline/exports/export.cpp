@@ -7,6 +7,7 @@
 #include <fstream>
 #include <set>
 
+#include "pipeline/exports/batches.h"
 #include "pipeline/exports/folder_page.h"
 #include "pipeline/exports/tile_places.h"
 #include "pipeline/exports/whole_file.h"
@@ -40,12 +41,16 @@ class Workplace {
   Workplace& operator=(const Workplace&) = delete;
   const fs::path& path() const { return path_; }
 
-  void write(const std::string& name, const std::string& bytes) {
+  /// Before files are written there.
+  void make_folder_of(const std::string& name) {
+    fs::path folder = (path_ / name).parent_path();
+    if (folder == last_folder_) return;
+    fs::create_directories(folder);
+    last_folder_ = std::move(folder);
+  }
+  /// By any thread.
+  void write(const std::string& name, const std::string& bytes) const {
     const fs::path file = path_ / name;
-    if (file.parent_path() != last_folder_) {
-      fs::create_directories(file.parent_path());
-      last_folder_ = file.parent_path();
-    }
     std::ofstream out(file, std::ios::binary);
     out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     out.close();
@@ -56,12 +61,22 @@ class Workplace {
   fs::path path_, last_folder_;
 };
 
-void write_faces(const faces::Terrain& terrain, const std::vector<const faces::Face*>& chosen, Workplace& to) {
+struct File {
+  std::string path;
+  const faces::Resource* resource = nullptr;
+  faces::Place place;
+};
+
+void write_faces(const faces::Terrain& terrain, const std::vector<const faces::Face*>& chosen, unsigned threads, Workplace& to) {
+  exports::Batches<File> files(
+      threads, [&](File& file) { to.write(file.path, exports::made(terrain, *file.resource, file.place).bytes); }, nullptr);
   for (const faces::Face* face : chosen) {
     exports::each_named(terrain, *face, [&](const std::string& path, const faces::Found& found) {
-      to.write(path, exports::made(terrain, *found.resource, found.place).bytes);
+      to.make_folder_of(path);
+      files.add({path, found.resource, found.place});
     });
   }
+  files.finish();
 }
 
 void move_into_place(const Workplace& from, const fs::path& folder) {
@@ -109,12 +124,12 @@ proto::Result<void> check_export_folder(const std::string& folder, Existing othe
 }
 
 proto::Result<void> export_static(const faces::Terrain& terrain, const std::vector<const faces::Face*>& chosen,
-                                  const std::string& folder, Existing other) {
+                                  const std::string& folder, Existing other, unsigned threads) {
   if (const auto usable = check_export_folder(folder, other); !usable) return usable;
   try {
     const fs::path target = (fs::absolute(folder) / "").lexically_normal().parent_path();  // without a slash at the end
     Workplace work(target.string() + ".partial-" + std::to_string(getpid()));
-    write_faces(terrain, chosen, work);
+    write_faces(terrain, chosen, threads, work);
     work.write("manifest.json", manifest_json(terrain.manifest()));
     const bool has_page =
         std::any_of(chosen.begin(), chosen.end(), [](const faces::Face* face) { return face->entry == "tileset.json"; });

@@ -4,6 +4,7 @@
 
 #include "pipeline/encode/json.h"
 #include "pipeline/exports/archive_metadata.h"
+#include "pipeline/exports/batches.h"
 #include "pipeline/exports/gzip.h"
 #include "pipeline/exports/tile_places.h"
 #include "pipeline/exports/whole_file.h"
@@ -33,18 +34,30 @@ struct Zooms {
   int least = 99, most = 0;
 };
 
-Zooms write_tiles(const faces::Terrain& terrain, const faces::Face& face, Database& database) {
+struct Tile {
+  faces::Place at;
+  std::string id, bytes;
+};
+
+Zooms write_tiles(const faces::Terrain& terrain, const faces::Face& face, unsigned threads, Database& database) {
   const faces::Resource& tiles = *tiles_of(face);
   Statement image(database, "INSERT OR IGNORE INTO images VALUES (CAST(? AS TEXT), ?)");
   Statement place(database, "INSERT OR IGNORE INTO map VALUES (?, ?, ?, CAST(? AS TEXT))");
   Zooms zooms;
-  each_place(terrain, face, tiles, [&](const faces::Place& at) {
-    const faces::Document document = made(terrain, tiles, at);
-    const std::string id = hex(content_hash(document.bytes));
-    image.bind(id, tiles.type == faces::kVectorTile ? gzip(document.bytes) : std::string(document.bytes)).run();
-    place.bind(at.z, at.x, proto::tiles_up(at.z) - 1 - at.y, id).run();
-    zooms = {std::min(zooms.least, at.z), std::max(zooms.most, at.z)};
-  });
+  Batches<Tile> all(
+      threads,
+      [&](Tile& tile) {
+        const faces::Document document = made(terrain, tiles, tile.at);
+        tile.id = hex(content_hash(document.bytes));
+        tile.bytes = tiles.type == faces::kVectorTile ? gzip(document.bytes) : std::string(document.bytes);
+      },
+      [&](Tile& tile) {
+        image.bind(tile.id, tile.bytes).run();
+        place.bind(tile.at.z, tile.at.x, proto::tiles_up(tile.at.z) - 1 - tile.at.y, tile.id).run();
+        zooms = {std::min(zooms.least, tile.at.z), std::max(zooms.most, tile.at.z)};
+      });
+  each_place(terrain, face, tiles, [&](const faces::Place& at) { all.add({at, {}, {}}); });
+  all.finish();
   return zooms;
 }
 
@@ -80,13 +93,13 @@ bool fits_mbtiles(const faces::Face& face) {
          (tiles->type.starts_with("image/") || tiles->type == faces::kVectorTile);
 }
 
-proto::Result<void> write_mbtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path,
-                                  Existing other) {
+proto::Result<void> write_mbtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path, Existing other,
+                                  unsigned threads) {
   return write_whole(path, other, [&](const fs::path& sibling) {
     Database database(sibling.string(), Database::Mode::create);
     database.execute(kTables);
     Transaction all(database);
-    write_metadata(terrain, face, write_tiles(terrain, face, database), database);
+    write_metadata(terrain, face, write_tiles(terrain, face, threads, database), database);
     all.commit();
   });
 }

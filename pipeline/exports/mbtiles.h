@@ -11,6 +11,6 @@ bool fits_mbtiles(const faces::Face& face);
 
 /// Rows count from the south there. Equal tiles are stored once: tiles is a view. Memory does not grow with the dataset.
 proto::Result<void> write_mbtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path,
-                                  Existing other = Existing::replace);
+                                  Existing other = Existing::replace, unsigned threads = 1);
 
 }  // namespace cordillera::pipeline::exports

@@ -8,6 +8,7 @@
 
 #include "pipeline/encode/little_endian.h"
 #include "pipeline/exports/archive_metadata.h"
+#include "pipeline/exports/batches.h"
 #include "pipeline/exports/gzip.h"
 #include "pipeline/exports/hilbert.h"
 #include "pipeline/exports/pmtiles_directory.h"
@@ -62,23 +63,35 @@ void ask(const std::function<std::optional<proto::Problem>(std::uint64_t)>& boun
   if (refused) throw Refused{std::move(*refused)};
 }
 
+struct Tile {
+  std::uint64_t id = 0;
+  std::string hash, bytes;
+};
+
 /// Every content once, in the order of ids.
 Contents write_tiles(const faces::Terrain& terrain, const Resource& tiles, const std::vector<std::uint64_t>& ids,
-                     const ArchiveBounds& bounds, std::ostream& out) {
+                     const ArchiveBounds& bounds, unsigned threads, std::ostream& out) {
   Contents all;
   std::unordered_map<std::string, PmtilesEntry, HashOfHash> known;
-  for (const std::uint64_t id : ids) {
-    const faces::Document document = made(terrain, tiles, place_at(tiles.grid, hilbert_address(id)));
-    const auto [found, fresh] = known.try_emplace(content_hash(document.bytes));
-    if (fresh) {
-      const std::string bytes = compression_of(tiles) == kGzip ? gzip(document.bytes) : std::string(document.bytes);
-      found->second = {id, all.bytes, static_cast<std::uint32_t>(bytes.size()), 1};
-      all.bytes += bytes.size();
-      ask(bounds.bytes, bytes.size());
-      append(out, bytes);
-    }
-    append(all.entries, {id, found->second.offset, found->second.length, 1});
-  }
+  Batches<Tile> waiting(
+      threads,
+      [&](Tile& tile) {
+        const faces::Document document = made(terrain, tiles, place_at(tiles.grid, hilbert_address(tile.id)));
+        tile.hash = content_hash(document.bytes);
+        tile.bytes = compression_of(tiles) == kGzip ? gzip(document.bytes) : std::string(document.bytes);
+      },
+      [&](Tile& tile) {
+        const auto [found, fresh] = known.try_emplace(tile.hash);
+        if (fresh) {
+          found->second = {tile.id, all.bytes, static_cast<std::uint32_t>(tile.bytes.size()), 1};
+          all.bytes += tile.bytes.size();
+          ask(bounds.bytes, tile.bytes.size());
+          append(out, tile.bytes);
+        }
+        append(all.entries, {tile.id, found->second.offset, found->second.length, 1});
+      });
+  for (const std::uint64_t id : ids) waiting.add({id, {}, {}});
+  waiting.finish();
   all.tiles = ids.size();
   all.contents = known.size();
   if (ids.empty()) return all;
@@ -114,13 +127,14 @@ std::string header(const Resource& tiles, const Contents& all, const PmtilesDire
 }
 
 /// The directories stand before the tiles and are known after them: the tiles wait in a file of their own.
-void write(const faces::Terrain& terrain, const faces::Face& face, const ArchiveBounds& bounds, const fs::path& sibling) {
+void write(const faces::Terrain& terrain, const faces::Face& face, const ArchiveBounds& bounds, unsigned threads,
+           const fs::path& sibling) {
   const Resource& tiles = *tiles_of(face);
   const TemporaryFile spool(sibling.string() + ".tiles");
   std::ofstream waiting = opened(spool.path());
   const auto ids = ids_of(terrain, face, tiles);
   ask(bounds.tiles, ids.size());
-  const Contents all = write_tiles(terrain, tiles, ids, bounds, waiting);
+  const Contents all = write_tiles(terrain, tiles, ids, bounds, threads, waiting);
   waiting.close();
   ask(bounds.bytes, all.bytes);
   const PmtilesDirectories directories = pmtiles_directories(all.entries);
@@ -136,14 +150,14 @@ void write(const faces::Terrain& terrain, const faces::Face& face, const Archive
 
 bool fits_pmtiles(const faces::Face& face) { return tiles_of(face) != nullptr; }
 
-proto::Result<void> write_pmtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path,
-                                  Existing other) {
-  return write_whole(path, other, [&](const fs::path& sibling) { write(terrain, face, {}, sibling); });
+proto::Result<void> write_pmtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path, Existing other,
+                                  unsigned threads) {
+  return write_whole(path, other, [&](const fs::path& sibling) { write(terrain, face, {}, threads, sibling); });
 }
 
 proto::Result<void> write_pmtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path,
                                   const ArchiveBounds& bounds) {
-  return write_whole(path, Existing::replace, [&](const fs::path& sibling) { write(terrain, face, bounds, sibling); });
+  return write_whole(path, Existing::replace, [&](const fs::path& sibling) { write(terrain, face, bounds, 1, sibling); });
 }
 
 }  // namespace cordillera::pipeline::exports

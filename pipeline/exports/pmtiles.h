@@ -23,7 +23,7 @@ struct ArchiveBounds {
 /// Clustered: the bytes lie in the order of the directories; equal tiles are stored once. Some 100 bytes of memory a tile. A face
 /// that does not fit is a programmer's mistake.
 proto::Result<void> write_pmtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path,
-                                  Existing other = Existing::replace);
+                                  Existing other = Existing::replace, unsigned threads = 1);
 proto::Result<void> write_pmtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path,
                                   const ArchiveBounds& bounds);
 

@@ -86,12 +86,12 @@ proto::Result<proto::Manifest> build_store(const pipeline::BuildRequest& request
 }
 
 proto::Result<void> export_to(const std::string& store, const BuildLine& line, const pipeline::faces::Look& look,
-                              const fs::path& folder) {
+                              const fs::path& folder, unsigned threads) {
   auto reader = pipeline::StoreReader::open(store);
   if (!reader) return reader.problem();
   const pipeline::faces::Terrain terrain(std::move(reader).value(), look);
   if (auto shown = pipeline::faces::check_photo(terrain); !shown) return shown;
-  return pipeline::export_static(terrain, line.formats, folder.string(), line.other);
+  return pipeline::export_static(terrain, line.formats, folder.string(), line.other, threads);
 }
 
 int done(const proto::Manifest& manifest, const std::string& place, Verbosity words, StageTimes& times) {
@@ -147,8 +147,9 @@ int build_folder(pipeline::BuildRequest request, const BuildLine& line, const pi
   fs::path place = fs::absolute(line.output).lexically_normal();
   if (!place.has_filename()) place = place.parent_path();
   if (const auto usable = pipeline::check_export_folder(place.string(), line.other); !usable) return fail(usable.problem());
+  const unsigned threads = request.options.threads();
   return build_beside(std::move(request), line, place,
-                      [&](const std::string& store) { return export_to(store, line, look, place); });
+                      [&](const std::string& store) { return export_to(store, line, look, place, threads); });
 }
 
 /// An archive or a mesh: what export writes.
@@ -158,6 +159,7 @@ int build_exported(pipeline::BuildRequest request, const BuildLine& line) {
   told.format = line.only_format;
   told.look = line.look;
   told.other = line.other;
+  told.threads = std::to_string(request.options.threads());
   if (const auto usable = check_export(told); !usable) {
     const int code = fail(usable.problem());
     return usable.problem().type == "usage" ? kUsage : code;

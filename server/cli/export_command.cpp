@@ -32,7 +32,7 @@ constexpr const char* kEndings = ".pmtiles, .mbtiles, .3tz, .glb, .ply, .obj or 
 struct ArchiveKind {
   std::string_view ending;
   bool (*fits)(const Face&);
-  proto::Result<void> (*write)(const Terrain&, const Face&, const std::string&, pipeline::Existing);
+  proto::Result<void> (*write)(const Terrain&, const Face&, const std::string&, pipeline::Existing, unsigned);
 };
 constexpr ArchiveKind kArchives[] = {
     {"pmtiles", fits_pmtiles, write_pmtiles}, {"mbtiles", fits_mbtiles, write_mbtiles}, {"3tz", fits_3tz, write_3tz}};
@@ -85,7 +85,12 @@ proto::Result<std::string> export_archive(const ArchiveKind& archive, const Expo
   }
   const auto face = face_for(archive, line.format);
   if (!face) return face.problem();
-  if (auto written = archive.write(terrain, **face, line.output, line.other); !written) return written.problem();
+  std::uint32_t threads = 0;
+  if (!line.threads.empty()) {
+    if (const Complaint complaint = read_whole(line.threads, {0, 1024}, &threads))
+      return wrong_value("--threads", line.threads, *complaint, "0 to 1024");
+  }
+  if (auto written = archive.write(terrain, **face, line.output, line.other, threads); !written) return written.problem();
   return std::string((*face)->name) + " written to " + line.output;
 }
 

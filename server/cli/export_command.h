@@ -13,6 +13,7 @@ struct ExportLine {
   LookWords look;              ///< of 3D Tiles
   Given mesh;                  ///< options of a mesh, as given
   std::string most_triangles;  ///< of a mesh; empty: ten million
+  std::string threads;         ///< that make the tiles of an archive; empty: one for each usable core
   pipeline::Existing other = pipeline::Existing::refuse;
   Verbosity words = Verbosity::all;
 };

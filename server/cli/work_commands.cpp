@@ -256,7 +256,7 @@ int publish_command(const PublishLine& line) {
       if (!reader) return reader.problem();
       const pipeline::faces::Terrain terrain(std::move(reader).value(), *look);
       if (auto shown = pipeline::faces::check_photo(terrain); !shown) return shown;
-      return pipeline::export_static(terrain, line.formats, place.string(), line.other);
+      return pipeline::export_static(terrain, line.formats, place.string(), line.other, 0);
     }();
     fs::remove(store, error);
     if (!exported) return fail(exported.problem());

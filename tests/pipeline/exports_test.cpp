@@ -407,5 +407,24 @@ TEST(Archives, AppearWholeOrNotAtAll) {
   }
 }
 
+TEST(Archives, ThreadsDoNotShow) {
+  const auto expect_same = [](const std::string& name, auto write, const char* face) {
+    std::vector<std::string> files;
+    for (const unsigned threads : {1u, 3u}) {
+      const std::string file = archived_dataset().place(std::to_string(threads) + name);
+      EXPECT_TRUE(write(archived_dataset().terrain(), *faces::face_named(face), file, Existing::replace, threads).ok()) << name;
+      files.push_back(bytes_of(file));
+    }
+    EXPECT_EQ(files[0], files[1]) << name;
+    EXPECT_GT(files[0].size(), 1000u);
+  };
+  const auto pmtiles = [](const faces::Terrain& terrain, const Face& face, const std::string& file, Existing other,
+                          unsigned threads) { return write_pmtiles(terrain, face, file, other, threads); };
+  expect_same("hills.pmtiles", pmtiles, "drc");
+  expect_same("lines.pmtiles", pmtiles, "contours");
+  expect_same("hills.3tz", write_3tz, "3d-tiles");
+  expect_same("hills.mbtiles", write_mbtiles, "terrain-rgb");
+}
+
 }  // namespace
 }  // namespace cordillera::pipeline::exports

@@ -255,7 +255,7 @@ TEST(TilesetExport, PathsAreTheServicesAndTilesDecode) {
   const StoreReader& store = shared_store();
   const faces::Terrain terrain = shared_terrain();
   const fs::path out = folder / "out";
-  ASSERT_TRUE(export_static(terrain, kFaces, out.string() + "/").ok());
+  ASSERT_TRUE(export_static(terrain, kFaces, out.string() + "/", Existing::replace, 3).ok());
   EXPECT_EQ(read_file(out / "tileset.json"), tileset_json(store));
   EXPECT_EQ(read_file(out / "manifest.json"), manifest_json(store.manifest()));
   std::size_t drc = 0, glb = 0, subtrees = 0;

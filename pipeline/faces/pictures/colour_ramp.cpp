@@ -69,7 +69,8 @@ proto::Result<Ramp> ramp_stops(std::string_view text, std::string_view accepted)
 
 Json ramp_json(const Ramp& ramp) {
   Json out = Json::array();
-  for (const RampStop& stop : ramp) out.push_back({std::round(stop.value * 100) / 100, "#" + proto::hex(stop.rgb)});
+  for (const RampStop& stop : ramp)
+    out.push_back({std::round(stop.value * 100) / 100, std::string("#").append(proto::hex(stop.rgb))});
   return out;
 }
 

@@ -1,0 +1,47 @@
+#pragma once
+// What an export makes is independent, and what it writes has an order.
+#include <functional>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "pipeline/build/workers.h"
+
+namespace cordillera::pipeline::exports {
+
+/// Items that threads work on, some at a time, and that are then taken one after the other, in the order in which they were
+/// added. What work or take throws, add and finish throw.
+template <class Item>
+class Batches {
+ public:
+  using Step = std::function<void(Item& item)>;
+  /// threads: 0: one for each usable core; 1: the caller's alone. work is called by any of them, take by the caller's; it may be
+  /// empty.
+  Batches(unsigned threads, Step work, Step take)
+      : workers_(threads == 1 ? nullptr : std::make_unique<Workers>(threads)), work_(std::move(work)), take_(std::move(take)) {}
+
+  void add(Item item) {
+    waiting_.push_back(std::move(item));
+    if (waiting_.size() >= (workers_ ? kItemsOfThread * workers_->threads() : 1)) finish();
+  }
+  /// All that were added are done.
+  void finish() {
+    if (workers_)
+      workers_->each(waiting_.size(), [this](std::size_t k, unsigned) { work_(waiting_[k]); });
+    else
+      for (Item& item : waiting_) work_(item);
+    if (take_) {
+      for (Item& item : waiting_) take_(item);
+    }
+    waiting_.clear();
+  }
+
+ private:
+  static constexpr std::size_t kItemsOfThread = 16;  ///< the last of a batch let few threads wait
+
+  std::unique_ptr<Workers> workers_;
+  Step work_, take_;
+  std::vector<Item> waiting_;
+};
+
+}  // namespace cordillera::pipeline::exports
