@@ -17,7 +17,7 @@ fi
 export SOURCE_DATE_EPOCH
 build=${CORDILLERA_BUILD_FOLDER:-}
 if [[ -z $build ]]; then
-  "$root/deploy/build.sh" cordillera
+  CORDILLERA_CMAKE_ARGS="-DCORDILLERA_CUDA_DEVICES=all ${CORDILLERA_CMAKE_ARGS:-}" "$root/deploy/build.sh" cordillera
   build=$root/build/release
 fi
 build=$(cd "$build" && pwd)

@@ -68,10 +68,24 @@ class CudaSteps {
     const std::size_t bytes = n * sizeof(T);
     const bool small = bytes <= kMailbox;  // into pageable memory a copy takes twice as long
     if (small) mailbox_.reserve(kMailbox);
+    if (!small) settle();  // such a copy waits for what is before it without sleeping
     CORDILLERA_CUDA(
         cudaMemcpyAsync(small ? static_cast<void*>(mailbox_.data()) : to, from, bytes, cudaMemcpyDeviceToHost, stream_));
-    CORDILLERA_CUDA(cudaStreamSynchronize(stream_));
+    settle();
     if (small) std::memcpy(to, mailbox_.data(), bytes);
+  }
+  /// Returns when the stream has done all that it was given. It looks a few times, for many steps are short; then the thread
+  /// sleeps, since others have work for its core.
+  void settle() {
+    constexpr int kLooks = 20;
+    for (int look = 0; look < kLooks; ++look) {
+      const cudaError_t state = cudaStreamQuery(stream_);
+      if (state == cudaSuccess) return;
+      if (state != cudaErrorNotReady) check_cuda(state, "cudaStreamQuery");
+      cudaGetLastError();  // not to be taken for a launch's
+    }
+    CORDILLERA_CUDA(cudaEventRecord(done_.get(), stream_));
+    CORDILLERA_CUDA(cudaEventSynchronize(done_.get()));
   }
   template <class T>
   void zero(T* to, std::size_t n) {
@@ -135,6 +149,9 @@ class CudaSteps {
     CORDILLERA_CUDA(cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking));
     owned_stream_.reset(stream);
     stream_ = stream;
+    cudaEvent_t done = nullptr;
+    CORDILLERA_CUDA(cudaEventCreateWithFlags(&done, cudaEventBlockingSync | cudaEventDisableTiming));
+    done_.reset(done);
   }
   cudaStream_t stream_ = nullptr;
 
@@ -142,7 +159,11 @@ class CudaSteps {
   struct DestroyStream {
     void operator()(cudaStream_t stream) const { cudaStreamDestroy(stream); }
   };
+  struct DestroyEvent {
+    void operator()(cudaEvent_t event) const { cudaEventDestroy(event); }
+  };
   std::unique_ptr<CUstream_st, DestroyStream> owned_stream_;
+  std::unique_ptr<CUevent_st, DestroyEvent> done_;
   static constexpr std::size_t kMailbox = 256;
   int multiprocessors_ = 0;
   PinnedBuffer<unsigned char> mailbox_;

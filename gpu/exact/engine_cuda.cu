@@ -88,7 +88,7 @@ class CudaExecutor : public CudaSteps {
   void use(const std::atomic<bool>*) { CORDILLERA_CUDA(cudaSetDevice(device_)); }
   template <class T>
   void give_back(Array<T>&) {}  // a device that serves other calls keeps what it has
-  void wait() { CORDILLERA_CUDA(cudaStreamSynchronize(stream_)); }
+  void wait() { settle(); }
   std::string name() const { return name_; }
   template <class F>
   void parallel(std::size_t n, const F& work) {
