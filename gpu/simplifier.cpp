@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <system_error>
 
 #include "gpu/collapse/waves.h"
 #include "gpu/device/device_choice.h"
@@ -9,10 +10,25 @@ namespace cordillera::gpu {
 #ifndef CORDILLERA_HAS_CUDA
 proto::Result<std::unique_ptr<Simplifier>> make_cuda_waves(int, ParallelFor) { return built_without_cuda(); }
 int cuda_devices() { return 0; }
+void wake_cuda(int) {}
 #endif
 
 void one_after_the_other(std::size_t count, const std::function<void(std::size_t)>& work) {
   for (std::size_t i = 0; i < count; ++i) work(i);
+}
+
+std::future<void> wake_device(const std::string& device) {
+  if (device == "cpu") return {};
+  try {
+    return std::async(std::launch::async, [device] {
+      static_cast<void>(on_device(
+          device, []() -> proto::Result<int> { return 0; },
+          [](int number) -> proto::Result<int> {
+            wake_cuda(number);
+            return number;
+          }));
+    });
+  } catch (const std::system_error&) { return {}; }  // no thread is to be had: it wakes when it is needed
 }
 
 namespace {

@@ -203,6 +203,11 @@ proto::Result<std::unique_ptr<Simplifier>> make_cuda_waves(int device, ParallelF
   });
 }
 
+void wake_cuda(int device) {
+  if (cudaSetDevice(device) == cudaSuccess) cudaFree(nullptr);
+  cudaGetLastError();  // who asks for the device is told what is wrong with it
+}
+
 int cuda_devices() {
   int count = 0;
   return cudaGetDeviceCount(&count) == cudaSuccess ? count : 0;

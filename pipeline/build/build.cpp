@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
+#include <future>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -307,6 +308,7 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
                                      const std::atomic<bool>& stop) {
   Teller teller(progress);
   teller.stage("open", 1);
+  const std::future<void> waking = gpu::wake_device(request.options.device());  // while the raster is opened
   const auto source = open_source(request);
   if (!source.ok()) return source.problem();
   auto plan = plan_of(request, **source);

@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
 """From a look at a block to its final tiles, of a dataset with build=lazy.
 
-    tests/bench/live/lazy.py BUILD RASTER [--looks 4] [--options error=5] [--wait 10] [--finest]
+    tests/bench/live/lazy.py BUILD RASTER [--looks 4] [--options error=5] [--wait 10] [--finest] [--view 8x5]
 
 The raster is posted to a server of its own. Its provisional tiles stand when the manifest names finished blocks, none as yet. Then, at places spread over
 the data, one after the other: a tile of the blocks' level is asked for, and the seconds count until the manifest names its block. --wait: one request that
-prefers to wait for the final tile, and the seconds until its answer; --finest: for a tile of the finest level, and their median at the end. Then build=full
-makes the rest. Prints a line for each.
+prefers to wait for the final tile, and the seconds until its answer; --finest: for a tile of the finest level, and their median at the end. --view, with --wait:
+for so many tiles across and up around the place, all at once, as a map of that size asks. Then build=full makes the rest. Prints a line for each.
 """
 import argparse
+import concurrent.futures
+import http.client
 import os
 import sys
 import tempfile
@@ -34,6 +36,23 @@ def tile_at(manifest, level, share_x, share_y):
     return level, int((west + (east - west) * share_x + 180) * tiles_a_degree), int((south + (north - south) * share_y + 90) * tiles_a_degree)
 
 
+def view_of(tile, across, up):
+    level, x, y = tile
+    return [(level, x - across // 2 + i, y - up // 2 + j) for j in range(up) for i in range(across)]
+
+
+def answers(server, dataset, tiles, wait):
+    """A request a connection, all at once: the statuses, in the tiles' order, and the bytes of all."""
+    def ask(tile):
+        connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=3600)
+        connection.request("GET", dataset + "/tiles/%d/%d/%d.glb" % tile, headers={"Prefer": "wait=%d" % wait})
+        answer = connection.getresponse()
+        return answer.status, len(answer.read())
+    with concurrent.futures.ThreadPoolExecutor(len(tiles)) as pool:
+        got = list(pool.map(ask, tiles))
+    return [status for status, _ in got], sum(size for _, size in got)
+
+
 def is_done(manifest, block):
     done = manifest["done_blocks"]
     return block[1:] in zip(done["x"], done["y"])
@@ -47,6 +66,7 @@ def main():
     parser.add_argument("--options", default="")
     parser.add_argument("--wait", type=int, default=0, help="seconds; the service has a limit, max_wait")
     parser.add_argument("--finest", action="store_true")
+    parser.add_argument("--view", default="", help="tiles across and up, such as 8x5")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         server = Server(os.path.join(given.build, "bin", "cordillera"), folder)
@@ -63,6 +83,13 @@ def main():
         for k in range(given.looks):
             block = tile_at(known, level, (0.5 + k * SPREAD) % 1, (0.5 + k * SPREAD * SPREAD) % 1)
             looked = time.monotonic()
+            if given.view:
+                tiles = view_of(block, *map(int, given.view.split("x")))
+                statuses, size = answers(server, dataset, tiles, given.wait)
+                waited.append(time.monotonic() - looked)
+                print("%d tiles around %d/%d/%d: %d of them there, %d kB, after %.2f s" %
+                      (len(tiles), *block, statuses.count(200), size // 1000, waited[-1]), flush=True)
+                continue
             if given.wait:
                 server.connection.request("GET", dataset + "/tiles/%d/%d/%d.glb" % block, headers={"Prefer": "wait=%d" % given.wait})
                 answer = server.connection.getresponse()
