@@ -323,8 +323,16 @@ class AboveBuild {
     const LevelContext context{&lattice_, &level_plan(plan_, z), plan_.promise(), nullptr};
     std::vector<BuiltTile> tiles = tiles_of_block(plan_, place_, z, mesh, TileParts::published);
     std::vector<std::optional<EncodedTile>> made(tiles.size());
+    std::vector<std::unique_ptr<ErrorStatement>> statements(tiles.size());
+    workers_.each(tiles.size(),
+                  [&](std::size_t k, unsigned) { statements[k] = std::make_unique<ErrorStatement>(context, known_, tiles[k]); });
+    std::vector<std::pair<std::size_t, std::size_t>> pieces;  // of a tile
+    for (std::size_t k = 0; k < tiles.size(); ++k) {
+      for (std::size_t piece = 0; piece < statements[k]->pieces(); ++piece) pieces.emplace_back(k, piece);
+    }
+    workers_.each(pieces.size(), [&](std::size_t n, unsigned) { statements[pieces[n].first]->measure(pieces[n].second); });
     workers_.each(tiles.size(), [&](std::size_t k, unsigned) {
-      state_error(context, known_, tiles[k]);
+      statements[k]->finish();
       made[k] = encode_tile(context, tiles[k], plan_.options());
       tiles[k] = {};
     });

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <stdexcept>
 
 #include "gpu/exact/side_chain.h"
@@ -227,8 +228,10 @@ std::vector<std::uint32_t> steep_triangles(const proto::Lattice& lattice, const 
   return steep;
 }
 
-std::array<gpu::MeshPoint, 3> corners_of(const proto::TileMesh& mesh, std::uint32_t t) {
-  std::array<gpu::MeshPoint, 3> corners;
+using Corners = std::array<gpu::MeshPoint, 3>;
+
+Corners corners_of(const proto::TileMesh& mesh, std::uint32_t t) {
+  Corners corners;
   for (std::size_t k = 0; k < 3; ++k) {
     const std::uint32_t v = mesh.triangles[t][k];
     corners[k] = {mesh.x[v], mesh.y[v], mesh.height[v]};
@@ -236,48 +239,87 @@ std::array<gpu::MeshPoint, 3> corners_of(const proto::TileMesh& mesh, std::uint3
   return corners;
 }
 
-/// The greatest error of some triangles; those above the limit are appended to over.
-double greatest_error(const gpu::ErrorMeter& meter, const proto::TileMesh& mesh, const std::vector<std::uint32_t>& triangles,
-                      double limit_m, std::vector<std::uint32_t>& over) {
-  double greatest_m = 0;
-  for (const std::uint32_t t : triangles) {
-    const double error_m = meter.error_m(corners_of(mesh, t), limit_m);
-    greatest_m = std::max(greatest_m, error_m);
-    if (error_m > limit_m) over.push_back(t);
-  }
-  return greatest_m;
+constexpr std::size_t kPiece = 512;  ///< steep triangles
+
+double limit_of(const LevelContext& context) { return context.level->target() - gpu::kGrace_m; }
+
+GroundMeter meter_of(const LevelContext& context, const KnownGround& ground, const BuiltTile& tile) {
+  return {{context.lattice, tile.tile, tile.mesh.side, context.level->ecef_step(), height_step(*context.level)}, ground};
 }
+
+/// Triangles of a mesh and how far off they are, as long as they stay what they are.
+class KnownErrors {
+ public:
+  KnownErrors(const proto::TileMesh& mesh, const std::vector<std::uint32_t>& triangles, const std::vector<double>& error_m) {
+    for (std::size_t k = 0; k < triangles.size(); ++k) error_m_.emplace_back(corners_of(mesh, triangles[k]), error_m[k]);
+    std::sort(error_m_.begin(), error_m_.end(), before);
+  }
+  std::optional<double> find(const Corners& corners) const {
+    const auto found = std::lower_bound(error_m_.begin(), error_m_.end(), Known{corners, 0}, before);
+    return found != error_m_.end() && key(found->first) == key(corners) ? std::optional(found->second) : std::nullopt;
+  }
+
+ private:
+  using Known = std::pair<Corners, double>;
+  static std::array<std::int32_t, 9> key(const Corners& c) {
+    return {c[0].x, c[0].y, c[0].height, c[1].x, c[1].y, c[1].height, c[2].x, c[2].y, c[2].height};
+  }
+  static bool before(const Known& a, const Known& b) { return key(a.first) < key(b.first); }
+
+  std::vector<Known> error_m_;
+};
 
 }  // namespace
 
-void state_error(const LevelContext& context, const KnownGround& ground, BuiltTile& tile) {
-  const double step_m = context.level->ecef_step(), limit_m = context.level->target() - gpu::kGrace_m;
-  const std::int32_t height_step = pipeline::height_step(*context.level);
-  const GroundMeter known({context.lattice, tile.tile, tile.mesh.side, step_m, height_step}, ground);
-  const gpu::Upright upright({context.lattice, tile.tile, tile.mesh.side, step_m});
-  tile.composed = true;
-  tile.max_error_m += step_m * (1 + kMildSlope);
+ErrorStatement::ErrorStatement(const LevelContext& context, const KnownGround& known, BuiltTile& tile)
+    : context_(context),
+      tile_(tile),
+      known_(meter_of(context, known, tile)),
+      steep_(steep_triangles(*context.lattice, tile)),
+      error_m_(steep_.size()) {}
+
+std::size_t ErrorStatement::pieces() const { return (steep_.size() + kPiece - 1) / kPiece; }
+
+void ErrorStatement::measure(std::size_t piece) {
+  for (std::size_t k = piece * kPiece; k < std::min(steep_.size(), (piece + 1) * kPiece); ++k)
+    error_m_[k] = known_.error_m(corners_of(tile_.mesh, steep_[k]), limit_of(context_));
+}
+
+void ErrorStatement::finish() {
+  const double step_m = context_.level->ecef_step(), limit_m = limit_of(context_);
+  const gpu::Upright upright({context_.lattice, tile_.tile, tile_.mesh.side, step_m});
+  tile_.composed = true;
+  tile_.max_error_m += step_m * (1 + kMildSlope);
+  double steep_m = 0;
   std::vector<std::uint32_t> over;
-  double steep_m = greatest_error(known, tile.mesh, steep_triangles(*context.lattice, tile), limit_m, over);
-  if (context.promise) {
-    const std::vector<std::uint32_t> turned = gpu::turned_triangles(upright, tile.mesh);
+  for (std::size_t k = 0; k < steep_.size(); ++k) {
+    steep_m = std::max(steep_m, error_m_[k]);
+    if (error_m_[k] > limit_m) over.push_back(steep_[k]);
+  }
+  if (context_.promise) {
+    const std::vector<std::uint32_t> turned = gpu::turned_triangles(upright, tile_.mesh);
     over.insert(over.end(), turned.begin(), turned.end());
     std::sort(over.begin(), over.end());
     over.erase(std::unique(over.begin(), over.end()), over.end());
   }
-  if (context.promise && !over.empty()) {
-    const gpu::UprightMeter in_space(known, upright);
-    const gpu::SteppedMeter meter(in_space, height_step);
-    gpu::Refined refined = gpu::refine(tile.mesh, meter, limit_m, over, SIZE_MAX);
-    refined.flipped += gpu::flip_turned(tile.mesh, upright, known, limit_m);
-    tile.put_back = refined.inserted;
-    std::vector<std::uint32_t> left;
+  if (context_.promise && !over.empty()) {
+    const KnownErrors before(tile_.mesh, steep_, error_m_);
+    const gpu::UprightMeter in_space(known_, upright);
+    const gpu::SteppedMeter meter(in_space, height_step(*context_.level));
+    gpu::Refined refined = gpu::refine(tile_.mesh, meter, limit_m, over, SIZE_MAX);
+    refined.flipped += gpu::flip_turned(tile_.mesh, upright, known_, limit_m);
+    tile_.put_back = refined.inserted;
+    steep_m = 0;
+    for (const std::uint32_t t : steep_triangles(*context_.lattice, tile_)) {
+      const Corners corners = corners_of(tile_.mesh, t);
+      const std::optional<double> known = before.find(corners);
+      steep_m = std::max(steep_m, known ? *known : known_.error_m(corners, limit_m));
+    }
     // Triangles that came in keep the limit, and that is what is known of them.
-    steep_m = greatest_error(known, tile.mesh, steep_triangles(*context.lattice, tile), limit_m, left);
     if (refined.inserted + refined.flipped > 0) steep_m = std::max(steep_m, limit_m);
   }
-  tile.max_error_m = std::max(tile.max_error_m, steep_m) + gpu::kGrace_m;
-  measure_squares(known, std::max(kRmseStep, published_side(tile.mesh) / kRmseSide), tile);
+  tile_.max_error_m = std::max(tile_.max_error_m, steep_m) + gpu::kGrace_m;
+  measure_squares(known_, std::max(kRmseStep, published_side(tile_.mesh) / kRmseSide), tile_);
 }
 
 }  // namespace cordillera::pipeline

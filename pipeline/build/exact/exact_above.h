@@ -24,9 +24,24 @@ Above join_blocks(const proto::Plan& plan, const std::vector<const KeptBlock*>& 
 /// Levels of the plan above its blocks.
 gpu::exact::BlockPlan levels_above(const proto::Plan& plan);
 
-/// States the tile's error: what the engine knows of it (max_error_m, as tiles_of_block has it), and what rounding may add. Steep
+/// States a tile's error: what the engine knows of it (max_error_m, as tiles_of_block has it), and what rounding may add. Steep
 /// triangles and needles are measured as they will be decoded; where they are too far off, or upside down in space, vertices are
-/// put back.
-void state_error(const LevelContext& context, const KnownGround& known, BuiltTile& tile);
+/// put back. Borrows what it is given.
+class ErrorStatement {
+ public:
+  ErrorStatement(const LevelContext& context, const KnownGround& known, BuiltTile& tile);
+  /// The steep triangles come in so many pieces, which may be measured by several threads: a tile of a town has few others.
+  std::size_t pieces() const;
+  void measure(std::size_t piece);
+  /// After all pieces.
+  void finish();
+
+ private:
+  const LevelContext& context_;
+  BuiltTile& tile_;
+  const GroundMeter known_;
+  std::vector<std::uint32_t> steep_;
+  std::vector<double> error_m_;  ///< indexed as steep_
+};
 
 }  // namespace cordillera::pipeline
