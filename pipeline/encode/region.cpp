@@ -26,6 +26,27 @@ double up(double value, double step) { return (std::ceil(value / step) + 1) * st
 
 double length(Vec3 v) { return std::sqrt(dot(v, v)); }
 
+struct Raised {
+  double latitude = 0, height_m = 0;
+};
+
+// Bowring's iteration on the reduced latitude; two rounds reach the last bits for anything near the surface. Angles are kept as
+// (sine, cosine) up to a factor: each vertex of each tile comes by here.
+Raised raised(Vec3 p) {
+  const double r = std::sqrt(p.x * p.x + p.y * p.y);
+  constexpr double kSecondE2 = kE2 / (1 - kE2);
+  double up = p.z * proto::kSemiMajor_m, out = r * kSemiMinor_m;  // of the reduced latitude
+  double north = 0, away = 0;                                     // of the latitude
+  for (int k = 0; k < 2; ++k) {
+    const double unit = 1 / std::sqrt(up * up + out * out), s = up * unit, c = out * unit;
+    north = p.z + kSecondE2 * kSemiMinor_m * s * s * s;
+    away = r - kE2 * proto::kSemiMajor_m * c * c * c;
+    up = (1 - proto::kFlattening) * north, out = away;
+  }
+  const double unit = 1 / std::sqrt(north * north + away * away), s = north * unit, c = away * unit;
+  return {std::atan2(north, away), r * c + p.z * s - proto::kSemiMajor_m * std::sqrt(1 - kE2 * s * s)};
+}
+
 struct RegionBounds {
   double west = 1e9, south = 1e9, east = -1e9, north = -1e9, low = 1e9, high = -1e9;
 };
@@ -33,7 +54,7 @@ struct RegionBounds {
 double middle_longitude(const proto::TileAddress& tile) { return -kPi + kPi * (tile.x + 0.5) / std::ldexp(1, tile.z); }
 
 // Longitudes are taken from the middle of the tile, so that its western and eastern side never swap at the antimeridian.
-void include_points(RegionBounds& e, const LitMesh::Surface& surface, const std::vector<Geodetic>& at, double middle) {
+void include_points(RegionBounds& e, const LitMesh::Surface& surface, const std::vector<Raised>& at, double middle) {
   const double c = std::cos(middle), s = std::sin(middle);
   for (std::size_t v = 0; v < at.size(); ++v) {
     const Vec3& p = surface.points[v];
@@ -64,7 +85,7 @@ void include_long_edge(RegionBounds& e, Vec3 a, Vec3 b) {
   const int pieces = std::clamp(static_cast<int>(edge / kShort_m) + 1, 1, 256);
   const double part = edge / pieces / proto::kSemiMajor_m;
   for (int k = 0; k <= pieces; ++k) {
-    const double latitude = geodetic(a + (static_cast<double>(k) / pieces) * (b - a)).latitude;
+    const double latitude = raised(a + (static_cast<double>(k) / pieces) * (b - a)).latitude;
     include_latitude(e, latitude, part * part * steepness(latitude) / 4);
   }
 }
@@ -99,7 +120,7 @@ double lowest_in_large(Vec3 a, Vec3 b, Vec3 c) {
 // For small triangles: the second derivative of the height along a line is at most 1/R, and for q = sum l_i p_i inside a triangle
 // of longest side L the spread sum l_i |p_i - q|^2 is at most L^2 / 3. So q lies at most L^2 / (6 R) below its corners' mean;
 // latitude likewise.
-void include_triangles(RegionBounds& e, const LitMesh::Surface& surface, const std::vector<Geodetic>& at) {
+void include_triangles(RegionBounds& e, const LitMesh::Surface& surface, const std::vector<Raised>& at) {
   const double steepest = steepness(std::max(std::abs(e.south), std::abs(e.north)));
   for (const Triangle& t : surface.triangles) {
     const Vec3 a = surface.points[t[0]], b = surface.points[t[1]], c = surface.points[t[2]];
@@ -122,25 +143,17 @@ void include_triangles(RegionBounds& e, const LitMesh::Surface& surface, const s
 }  // namespace
 
 Geodetic geodetic(Vec3 p) {
-  // Bowring's iteration on the reduced latitude; two rounds reach the last bits for anything near the surface.
-  const double r = std::sqrt(p.x * p.x + p.y * p.y);
-  const double second_e2 = kE2 / (1 - kE2);
-  double reduced = std::atan2(p.z * proto::kSemiMajor_m, r * kSemiMinor_m), latitude = 0;
-  for (int k = 0; k < 2; ++k) {
-    const double s = std::sin(reduced), c = std::cos(reduced);
-    latitude = std::atan2(p.z + second_e2 * kSemiMinor_m * s * s * s, r - kE2 * proto::kSemiMajor_m * c * c * c);
-    reduced = std::atan2((1 - proto::kFlattening) * std::sin(latitude), std::cos(latitude));
-  }
-  const double s = std::sin(latitude), c = std::cos(latitude);
-  return {std::atan2(p.y, p.x), latitude, r * c + p.z * s - proto::kSemiMajor_m * std::sqrt(1 - kE2 * s * s)};
+  const Raised at = raised(p);
+  return {std::atan2(p.y, p.x), at.latitude, at.height_m};
 }
 
 std::array<double, 6> region_of(const LitMesh& mesh, const proto::TileAddress& tile) {
   const double middle = middle_longitude(tile);
   RegionBounds e;
   for (const LitMesh::Surface* surface : {&mesh.terrain, &mesh.skirts}) {
-    std::vector<Geodetic> at;
-    for (const Vec3& p : surface->points) at.push_back(geodetic(p));
+    std::vector<Raised> at;
+    at.reserve(surface->points.size());
+    for (const Vec3& p : surface->points) at.push_back(raised(p));
     include_points(e, *surface, at, middle);
     include_triangles(e, *surface, at);
   }
