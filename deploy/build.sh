@@ -14,7 +14,7 @@ if [[ -z ${CXX:-} && $(awk '/^MemTotal:/ { print int($2 / 1000000) }' /proc/memi
 fi
 mkdir -p build
 read -r -a extra <<<"${CORDILLERA_CMAKE_ARGS:-}"
-cmake --preset release "${extra[@]}" >build/configure.log 2>&1 || { cat build/configure.log >&2; rm -f build/configure.log; exit 1; }
+cmake --preset release -DCORDILLERA_CUDA_DEVICES=here "${extra[@]}" >build/configure.log 2>&1 || { cat build/configure.log >&2; rm -f build/configure.log; exit 1; }
 grep -E 'Cordillera:' build/configure.log || true
 rm -f build/configure.log
 

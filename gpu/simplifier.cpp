@@ -10,13 +10,13 @@ namespace cordillera::gpu {
 #ifndef CORDILLERA_HAS_CUDA
 proto::Result<std::unique_ptr<Simplifier>> make_cuda_waves(int, ParallelFor) { return built_without_cuda(); }
 int cuda_devices() { return 0; }
-void wake_cuda(int) {}
 #endif
 
 void one_after_the_other(std::size_t count, const std::function<void(std::size_t)>& work) {
   for (std::size_t i = 0; i < count; ++i) work(i);
 }
 
+#ifdef CORDILLERA_HAS_CUDA
 std::future<void> wake_device(const std::string& device) {
   if (device == "cpu") return {};
   try {
@@ -30,6 +30,9 @@ std::future<void> wake_device(const std::string& device) {
     });
   } catch (const std::system_error&) { return {}; }  // no thread is to be had: it wakes when it is needed
 }
+#else
+std::future<void> wake_device(const std::string&) { return {}; }
+#endif
 
 namespace {
 MakeSimplifier g_make_published = nullptr;

@@ -85,7 +85,8 @@ proto::Result<std::unique_ptr<Simplifier>> make_simplifier(const std::string& de
                                                            const std::string& strategy = kStrategies.front());
 
 /// Begins to bring up the GPU that work on `device` will use, on a thread of its own, for that takes a third of a second. Who
-/// then asks for a simplifier waits for what is left of it. Nothing happens without a GPU. The future waits for the end.
+/// then asks for a simplifier waits for what is left of it. Nothing happens without a GPU. Whoever destroys the future waits
+/// until the GPU is up.
 std::future<void> wake_device(const std::string& device);
 
 /// How many CUDA devices this process may use; 0 where there is none, or the program was built without CUDA.

@@ -17,7 +17,6 @@ proto::Result<std::vector<BlockMesh>> Engine<Executor>::simplify_above(const Gro
   block.columns = ground.columns, block.rows = ground.rows;
   block.curve = ground.curve, block.curve_up = ground.curve_up;
   lay_out_blocks({&block, 1}, plan, Holds::squares);
-  fit_bins(rings->position);
   load_ground(ground, joined_depths(ground, plan.levels.back().rim_reach));
   load_curves({&block, 1});
   bound(1);
@@ -64,8 +63,10 @@ void Engine<Executor>::load_start(const RingMesh& start) {
 
 /// Above blocks vertices are few on much ground, and fewer with each level: most of the smallest bins would be empty.
 template <class Executor>
-void Engine<Executor>::fit_bins(std::span<const std::uint32_t> positions) {
-  bin_shift_ = bin_shift_for(positions);
+void Engine<Executor>::fit_bins() {
+  std::vector<std::uint32_t> position(vertices_);
+  executor_->copy_out(position.data(), mesh_.position.data(), vertices_);
+  bin_shift_ = bin_shift_for(position);
   choose_bin_bits();
 }
 

@@ -77,7 +77,7 @@ class Engine final : public BlockSimplifier {
   void begin(std::span<const Block> blocks, const BlockPlan& plan, StopWatch& watch);
   enum class Holds { samples, squares };
   void lay_out_blocks(std::span<const Block> blocks, const BlockPlan& plan, Holds holds);
-  void fit_bins(std::span<const std::uint32_t> positions);
+  void fit_bins();
   void choose_bin_bits();
   void load_ground(const Ground& ground, const std::vector<Depth>& depths);
   void load_start(const RingMesh& start);

@@ -36,6 +36,7 @@ proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::run_levels(
     LevelTime time;
     if (stopped()) return cancelled;
     const double tolerance = plan.levels[l].tolerance_m / proto::kHeightStep_m;
+    if (!has_samples) fit_bins();
     run_level(plan, l);
     executor_->wait();
     if (stopped()) return cancelled;
@@ -123,7 +124,7 @@ void Engine<Executor>::lay_out_blocks(std::span<const Block> blocks, const Block
   }
 }
 
-/// A way, with room for the shift of a pass.
+/// Bits of a bin's number along one axis, with room for the shift of a pass.
 template <class Executor>
 void Engine<Executor>::choose_bin_bits() {
   int most_bins = 1;

@@ -44,7 +44,6 @@ void Engine<Executor>::download(std::size_t triangles, std::span<const ErrorSums
   executor_->copy_out(height.data(), mesh_.height.data(), vertices_);
   executor_->copy_out(mark.data(), mesh_.mark.data(), vertices_);
   executor_->copy_out(corners.data(), corners_.data(), corners.size());
-  if (!blocks_[0].field.height) fit_bins(position);
   std::size_t t = 0;
   for (std::size_t b = 0; b < meshes.size(); ++b) {
     BlockMesh& mesh = meshes[b];

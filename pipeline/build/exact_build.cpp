@@ -309,12 +309,12 @@ class AboveBuild {
       under_way.push_back(std::async(std::launch::async, [this, z, kept = std::move(mesh)] { return finished(z, kept); }));
     };
     const auto made = simplifiers.simplify_above(above_, levels_above(plan_), take);
+    if (!made.ok()) return made.problem();
     std::vector<EncodedTile> all;
     for (auto& level : under_way) {
       std::vector<EncodedTile> tiles = level.get();
       std::move(tiles.begin(), tiles.end(), std::back_inserter(all));
     }
-    if (!made.ok()) return made.problem();
     return all;
   }
 

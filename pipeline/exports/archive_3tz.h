@@ -10,7 +10,8 @@ namespace cordillera::pipeline::exports {
 /// Whether the face's entry is the tileset.json that the archive must have at its root.
 bool fits_3tz(const faces::Face& face);
 
-/// Every path of the face, under its own name. A ZIP has no way to store equal tiles once. Some 150 bytes of memory a path.
+/// Every path of the face, under its own name. A ZIP has no way to store equal tiles once. Some 150 bytes of memory a path,
+/// and four tiles a thread. threads: that make tiles; 0: one for each usable core.
 proto::Result<void> write_3tz(const faces::Terrain& terrain, const faces::Face& face, const std::string& path,
                               Existing other = Existing::replace, unsigned threads = 1);
 

@@ -2,6 +2,7 @@
 // What an export makes is independent, and what it writes has an order.
 #include <functional>
 #include <memory>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -9,16 +10,20 @@
 
 namespace cordillera::pipeline::exports {
 
-/// Items that threads work on, some at a time, and that are then taken one after the other, in the order in which they were
-/// added. What work or take throws, add and finish throw.
+/// Items that threads work on, up to four a thread at a time, and that are then taken one after the other, in the order in which
+/// they were added. What work or take throws, add and finish throw.
 template <class Item>
 class Batches {
  public:
   using Step = std::function<void(Item& item)>;
   /// threads: 0: one for each usable core; 1: the caller's alone. work is called by any of them, take by the caller's; it may be
   /// empty.
-  Batches(unsigned threads, Step work, Step take)
-      : workers_(threads == 1 ? nullptr : std::make_unique<Workers>(threads)), work_(std::move(work)), take_(std::move(take)) {}
+  Batches(unsigned threads, Step work, Step take) : work_(std::move(work)), take_(std::move(take)) {
+    if (threads == 1) return;
+    try {
+      workers_ = std::make_unique<Workers>(threads);
+    } catch (const std::system_error&) {}  // no threads are to be had: the caller's does it
+  }
 
   void add(Item item) {
     waiting_.push_back(std::move(item));
@@ -37,7 +42,8 @@ class Batches {
   }
 
  private:
-  static constexpr std::size_t kItemsOfThread = 16;  ///< the last of a batch let few threads wait
+  static constexpr std::size_t kItemsOfThread =
+      4;  ///< in memory at a time; with fewer, threads would be idle at each batch's end
 
   std::unique_ptr<Workers> workers_;
   Step work_, take_;

@@ -34,7 +34,7 @@ struct Zooms {
   int least = 99, most = 0;
 };
 
-struct Tile {
+struct MapTile {
   faces::Place at;
   std::string id, bytes;
 };
@@ -44,14 +44,14 @@ Zooms write_tiles(const faces::Terrain& terrain, const faces::Face& face, unsign
   Statement image(database, "INSERT OR IGNORE INTO images VALUES (CAST(? AS TEXT), ?)");
   Statement place(database, "INSERT OR IGNORE INTO map VALUES (?, ?, ?, CAST(? AS TEXT))");
   Zooms zooms;
-  Batches<Tile> all(
+  Batches<MapTile> all(
       threads,
-      [&](Tile& tile) {
+      [&](MapTile& tile) {
         const faces::Document document = made(terrain, tiles, tile.at);
         tile.id = hex(content_hash(document.bytes));
         tile.bytes = tiles.type == faces::kVectorTile ? gzip(document.bytes) : std::string(document.bytes);
       },
-      [&](Tile& tile) {
+      [&](MapTile& tile) {
         image.bind(tile.id, tile.bytes).run();
         place.bind(tile.at.z, tile.at.x, proto::tiles_up(tile.at.z) - 1 - tile.at.y, tile.id).run();
         zooms = {std::min(zooms.least, tile.at.z), std::max(zooms.most, tile.at.z)};

@@ -10,6 +10,7 @@ namespace cordillera::pipeline::exports {
 bool fits_mbtiles(const faces::Face& face);
 
 /// Rows count from the south there. Equal tiles are stored once: tiles is a view. Memory does not grow with the dataset.
+/// threads: that make tiles, four at a time each; 0: one for each usable core.
 proto::Result<void> write_mbtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path,
                                   Existing other = Existing::replace, unsigned threads = 1);
 

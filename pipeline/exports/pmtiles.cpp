@@ -63,9 +63,9 @@ void ask(const std::function<std::optional<proto::Problem>(std::uint64_t)>& boun
   if (refused) throw Refused{std::move(*refused)};
 }
 
-struct Tile {
+struct ArchivedTile {
   std::uint64_t id = 0;
-  std::string hash, bytes;
+  std::string hash, bytes;  ///< bytes: empty where an earlier batch had them
 };
 
 /// Every content once, in the order of ids.
@@ -73,14 +73,15 @@ Contents write_tiles(const faces::Terrain& terrain, const Resource& tiles, const
                      const ArchiveBounds& bounds, unsigned threads, std::ostream& out) {
   Contents all;
   std::unordered_map<std::string, PmtilesEntry, HashOfHash> known;
-  Batches<Tile> waiting(
+  Batches<ArchivedTile> waiting(
       threads,
-      [&](Tile& tile) {
+      [&](ArchivedTile& tile) {
         const faces::Document document = made(terrain, tiles, place_at(tiles.grid, hilbert_address(tile.id)));
         tile.hash = content_hash(document.bytes);
+        if (known.contains(tile.hash)) return;
         tile.bytes = compression_of(tiles) == kGzip ? gzip(document.bytes) : std::string(document.bytes);
       },
-      [&](Tile& tile) {
+      [&](ArchivedTile& tile) {
         const auto [found, fresh] = known.try_emplace(tile.hash);
         if (fresh) {
           found->second = {tile.id, all.bytes, static_cast<std::uint32_t>(tile.bytes.size()), 1};

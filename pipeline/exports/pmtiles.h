@@ -20,10 +20,12 @@ struct ArchiveBounds {
   std::function<std::optional<proto::Problem>(std::uint64_t more)> bytes;
 };
 
-/// Clustered: the bytes lie in the order of the directories; equal tiles are stored once. Some 100 bytes of memory a tile. A face
-/// that does not fit is a programmer's mistake.
+/// Clustered: the bytes lie in the order of the directories; equal tiles are stored once. Some 100 bytes of memory a tile, and
+/// four tiles a thread. threads: that make tiles; 0: one for each usable core. A face that does not fit is a programmer's
+/// mistake.
 proto::Result<void> write_pmtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path,
                                   Existing other = Existing::replace, unsigned threads = 1);
+/// By the caller's thread alone.
 proto::Result<void> write_pmtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path,
                                   const ArchiveBounds& bounds);
 

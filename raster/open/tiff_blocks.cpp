@@ -10,6 +10,7 @@ namespace {
 using proto::Problem;
 
 constexpr std::int64_t kMaxBlocks = std::int64_t{1} << 24;
+constexpr std::int64_t kMaxBlock_px = std::int64_t{1} << 28;  // of a block that is far larger than its raster
 
 struct Blocks {
   int columns = 0, rows = 0;
@@ -37,6 +38,14 @@ proto::Result<void> check_band(GDALRasterBand& band, const std::string& name, st
   const auto truncated = [&](const std::string& why) {
     return Problem{"raster-truncated", name + " is incomplete or its header is wrong: " + why, "a complete file", ""};
   };
+  // GDAL takes memory for a whole block, and where there is enough of it, it takes a minute to fill it.
+  if (std::int64_t{b.columns} * b.rows > kMaxBlock_px && (b.columns / 2 > band.GetXSize() || b.rows / 2 > band.GetYSize())) {
+    return Problem{"raster-unreadable",
+                   name + " is damaged: its header claims blocks of " + std::to_string(b.columns) + " x " +
+                       std::to_string(b.rows) + " pixels for a raster of " + std::to_string(band.GetXSize()) + " x " +
+                       std::to_string(band.GetYSize()),
+                   "a complete, undamaged file", ""};
+  }
   // Each block has an entry in an offset table of two bytes or more; a small file that claims millions of blocks lies.
   if (static_cast<std::uint64_t>(b.across * b.down) > file_bytes / 2 + 1)
     return truncated("the header claims " + std::to_string(b.across * b.down) + " blocks in " + std::to_string(file_bytes) +

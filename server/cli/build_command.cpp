@@ -159,7 +159,7 @@ int build_exported(pipeline::BuildRequest request, const BuildLine& line) {
   told.format = line.only_format;
   told.look = line.look;
   told.other = line.other;
-  told.threads = std::to_string(request.options.threads());
+  if (is_archive_name(line.output)) told.threads = std::to_string(request.options.threads());
   if (const auto usable = check_export(told); !usable) {
     const int code = fail(usable.problem());
     return usable.problem().type == "usage" ? kUsage : code;

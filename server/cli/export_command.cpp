@@ -78,6 +78,15 @@ proto::Result<const Face*> face_for(const ArchiveKind& archive, const std::strin
   return Problem{"usage", "a ." + std::string(archive.ending) + " holds " + what, names_of(archive), "--format"};
 }
 
+/// 0: one for each usable core.
+proto::Result<unsigned> threads_of(const ExportLine& line) {
+  std::uint32_t threads = 0;
+  if (line.threads.empty()) return threads;
+  if (const Complaint complaint = read_whole(line.threads, {0, 1024}, &threads))
+    return wrong_value("--threads", line.threads, *complaint, "0 to 1024");
+  return threads;
+}
+
 proto::Result<std::string> export_archive(const ArchiveKind& archive, const ExportLine& line, const Terrain& terrain) {
   if (!line.mesh.empty()) {
     return Problem{"usage", line.mesh.front().first + " is for meshes: a ." + std::string(archive.ending) + " holds all tiles",
@@ -85,12 +94,9 @@ proto::Result<std::string> export_archive(const ArchiveKind& archive, const Expo
   }
   const auto face = face_for(archive, line.format);
   if (!face) return face.problem();
-  std::uint32_t threads = 0;
-  if (!line.threads.empty()) {
-    if (const Complaint complaint = read_whole(line.threads, {0, 1024}, &threads))
-      return wrong_value("--threads", line.threads, *complaint, "0 to 1024");
-  }
-  if (auto written = archive.write(terrain, **face, line.output, line.other, threads); !written) return written.problem();
+  const auto threads = threads_of(line);
+  if (!threads) return threads.problem();
+  if (auto written = archive.write(terrain, **face, line.output, line.other, *threads); !written) return written.problem();
   return std::string((*face)->name) + " written to " + line.output;
 }
 
@@ -136,6 +142,7 @@ proto::Result<std::string> export_of(const ExportLine& line) {
 
 }  // namespace
 
+bool is_archive_name(const std::string& output) { return archive_of(output) != nullptr; }
 bool is_export_name(const std::string& output) { return archive_of(output) != nullptr || mesh_kind(ending_of(output)); }
 
 proto::Result<void> check_export(const ExportLine& line) {
@@ -147,7 +154,12 @@ proto::Result<void> check_export(const ExportLine& line) {
   if (archive == nullptr && !mesh_kind(ending_of(line.output))) {
     return Problem{"usage", "the name " + line.output + " does not say what to write", kEndings, "--output"};
   }
+  if (const auto threads = threads_of(line); !threads) return threads.problem();
   if (archive == nullptr) {
+    if (!line.threads.empty()) {
+      return Problem{"usage", "--threads is for archives: a mesh is made by one thread", ".pmtiles, .mbtiles or .3tz",
+                     "--threads"};
+    }
     if (!line.format.empty()) {
       return Problem{"usage", "--format is for archives: the file's name says what mesh it is", ".pmtiles, .mbtiles or .3tz",
                      "--format"};

@@ -21,6 +21,8 @@ int export_command(const ExportLine& line);
 
 /// Whether a file of this name is one that export writes: an archive or a mesh.
 bool is_export_name(const std::string& output);
+/// Whether it is an archive's.
+bool is_archive_name(const std::string& output);
 /// Whether the line can be done, as far as that shows before there is a dataset.
 proto::Result<void> check_export(const ExportLine& line);
 /// Does it. What was written, in words.

@@ -89,6 +89,11 @@ Answer in_a_child(const std::string& path, const BadRow& row) {
   return answer;
 }
 
+std::string bytes_of(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
 std::map<std::string, std::string> expected() {
   std::map<std::string, std::string> table;
   std::ifstream in(CORDILLERA_SOURCE_DIR "/tests/raster/bad_inputs.tsv");
@@ -109,9 +114,7 @@ std::string plain(std::string name) {
 
 TEST_F(BadTable, EveryRowHasItsAnswerAndItsBounds) {
   const Maker make = [this](const Spec& spec, const std::string& name) {
-    const std::string file = write(spec, name);
-    std::ifstream in(file, std::ios::binary);
-    std::string bytes((std::istreambuf_iterator<char>(in)), {});
+    std::string bytes = bytes_of(write(spec, name));
     for (const auto& entry : std::filesystem::directory_iterator(path("")))
       std::filesystem::remove_all(entry.path());  // sidecars too
     return bytes;
@@ -135,6 +138,19 @@ TEST_F(BadTable, EveryRowHasItsAnswerAndItsBounds) {
   }
   EXPECT_GE(names.size(), 150u);
   EXPECT_EQ(names.size(), table.size()) << "the table has rows that are made no more";
+}
+
+/// Where there is memory for them, too: nothing is taken for such a block.
+TEST_F(BadTable, BlocksFarLargerThanTheRasterAreTold) {
+  int told = 0;
+  for (const BadRow& row : size_rows([this](const Spec&spec, const std::string&name) { return bytes_of(write(spec, name)); })) {
+    if (row.name != "tile width 1073741824" && row.name != "tile height 1073741824") continue;
+    const auto opened = open(write_text(row.bytes, "posted"), row.options, Trust::posted_file, row.file);
+    ASSERT_FALSE(opened.ok());
+    EXPECT_NE(opened.problem().detail.find("its header claims blocks of "), std::string::npos) << opened.problem().detail;
+    ++told;
+  }
+  EXPECT_EQ(told, 2);
 }
 
 /// What lies beside a posted file is not its own: the answer is that of the file alone.

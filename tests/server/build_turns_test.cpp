@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "server/jobs/job_queue.h"
+#include "tests/sanitized.h"
 #include "tests/server/fixture.h"
 
 namespace cordillera::server {
@@ -111,9 +112,7 @@ TEST(PassingTrouble, OfTheTablesIsTriedAgain) {
 
 /// The queue needs its first clock when no descriptor is left.
 TEST(PassingTrouble, OfDescriptorsIsTriedAgain) {
-  // A sanitizer opens a pipe when it meets an object of this type for the first time.
-  const proto::Error met;
-  ASSERT_TRUE(proto::Error(met).type().empty());
+  if (kSanitized) GTEST_SKIP() << "a sanitizer opens a pipe when it meets an object of a type for the first time";
   rlimit before{};
   getrlimit(RLIMIT_NOFILE, &before);
   std::atomic<bool> posted{false};

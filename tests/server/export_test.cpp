@@ -105,13 +105,15 @@ TEST_F(Export, RefusalsNameWhatIsAccepted) {
   EXPECT_THAT(exported("-o " + place("a.glb") + " --levle 3").output, HasSubstr("did you mean --level?"));
   EXPECT_THAT(exported("-o " + place("a.glb") + " --level 30").output, HasSubstr("--level='30'"));
   EXPECT_THAT(shell(kProgram + " export " + raster_ + " -o " + place("a.glb")).output, HasSubstr("cone.asc"));
+  EXPECT_THAT(exported("-o " + place("a.3tz") + " --threads many").output, HasSubstr("0 to 1024"));
+  EXPECT_THAT(exported("-o " + place("a.glb") + " --threads 2").output, HasSubstr("--threads is for archives"));
   EXPECT_EQ(exported("").code, 2);
   EXPECT_EQ(exported("-o " + place("a.stl") + " --frame ecef").code, 2);
   for (const char* name : {"a.3tz", "a.pmtiles", "a.glb", "a.stl"}) EXPECT_FALSE(std::filesystem::exists(place(name))) << name;
 }
 
 TEST_F(Export, NormalMapsOf3dTiles) {
-  ASSERT_EQ(exported("-o " + place("plain.3tz")).code, 0);
+  ASSERT_EQ(exported("-o " + place("plain.3tz") + " --threads 3").code, 0);
   ASSERT_EQ(exported("-o " + place("lit.3tz") + " --normals texture").code, 0);
   EXPECT_THAT(file_text(place("plain.3tz")), Not(HasSubstr("EXT_texture_webp")));
   EXPECT_THAT(file_text(place("lit.3tz")), HasSubstr("EXT_texture_webp"));

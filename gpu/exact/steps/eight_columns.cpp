@@ -32,7 +32,7 @@ CORDILLERA_WIDE bool eight_columns_fit(const Triangle& t, const Field& field, in
     Floats height;
     load(height, sample);
     const Floats off = (t.height - height) + (along + t.rise_up(static_cast<float>(y - t.ey[0])));
-    bad |= ((off > t.tolerance) | (off < -t.tolerance)) & ((edge[0] | edge[1] | edge[2]) >= 0);
+    bad |= ~((off <= t.tolerance) & (off >= -t.tolerance)) & ((edge[0] | edge[1] | edge[2]) >= 0);
     for (int k = 0; k < 3; ++k) edge[k] += t.along[k];
   }
   return !any(bad);
@@ -88,7 +88,8 @@ class CodedRows {
 CORDILLERA_WIDE bool eight_coded_fit(const Triangle& t, const Field& field, int sx, int sy) {
   const float tolerance = less_code_error(t, field, sx, sy).tolerance;
   Ints bad = {};
-  for (CodedRows rows(t, field, sx, sy); rows.next();) bad |= ((rows.off > tolerance) | (rows.off < -tolerance)) & rows.covered;
+  for (CodedRows rows(t, field, sx, sy); rows.next();)
+    bad |= ~((rows.off <= tolerance) & (rows.off >= -tolerance)) & rows.covered;
   return !any(bad);
 }
 
