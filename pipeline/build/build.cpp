@@ -81,7 +81,7 @@ const proto::Problem kTurnIsOver{"paused", "other builds have their turn", "", "
 
 // A lazy build's process ends when nobody has looked at another block for so long, and after its turn: others wait for theirs.
 constexpr auto kLinger = std::chrono::seconds(2), kTurn = std::chrono::seconds(20);
-constexpr auto kBetweenLooks = std::chrono::milliseconds(20);
+constexpr auto kBetweenLooks = std::chrono::milliseconds(5);
 
 using MakeBlock = std::function<proto::Result<FinishedTask>(const proto::TileAddress&)>;
 using TakeBlock = std::function<proto::Result<void>(std::size_t, FinishedTask&&)>;
@@ -96,24 +96,32 @@ proto::Result<void> build_looked_at(const Site& site, const std::vector<proto::T
   const std::size_t at_once = site.builder.tasks_at_once();
   const auto began = Clock::now();
   std::optional<Clock::time_point> made;
+  RunningTasks running([&](std::size_t k) { return make(blocks[k]); });
   for (;;) {
     if (site.stop) return kCancelled;
-    if (made && Clock::now() - began > kTurn) return kTurnIsOver;
-    std::vector<std::size_t> wanted = order.looked_at(at_once);
-    // What is shown of a store that was lost is nobody's wish any more, and is missing all the same.
-    if (wanted.empty()) wanted = order.those([&](const proto::TileAddress& block) { return follower.shows(block); }, at_once);
-    // Those of which nothing can be seen are no reason to wait.
-    if (wanted.empty() && left == 0) wanted = order.those([](const proto::TileAddress&) { return true; }, at_once);
-    if (wanted.empty() && left == 0) return {};
-    if (wanted.empty() && (!made || Clock::now() - *made > kLinger)) return kPaused;
-    if (wanted.empty()) {
-      std::this_thread::sleep_for(kBetweenLooks);
-      continue;
+    const bool is_over = made && Clock::now() - began > kTurn;
+    if (is_over && running.count() == 0) return kTurnIsOver;
+    // Looks come one after the other, as a map draws: who looks later does not wait for what was begun before.
+    std::vector<std::size_t> wanted = order.looked_at(is_over ? 0 : at_once - running.count());
+    if (wanted.empty() && running.count() == 0) {
+      // What is shown of a store that was lost is nobody's wish any more, and is missing all the same.
+      wanted = order.those([&](const proto::TileAddress& block) { return follower.shows(block); }, at_once);
+      // Those of which nothing can be seen are no reason to wait.
+      if (wanted.empty() && left == 0) wanted = order.those([](const proto::TileAddress&) { return true; }, at_once);
+      if (wanted.empty() && left == 0) return {};
+      if (wanted.empty() && (!made || Clock::now() - *made > kLinger)) return kPaused;
+      if (wanted.empty()) {
+        std::this_thread::sleep_for(kBetweenLooks);
+        continue;
+      }
     }
-    const auto built = in_flight(
-        wanted.size(), wanted.size(), [&](std::size_t k) { return make(blocks[wanted[k]]); }, take);
-    if (!built.ok()) return built;
-    left -= std::count_if(wanted.begin(), wanted.end(), [&](std::size_t k) { return has_tiles(blocks[k]); });
+    for (const std::size_t k : wanted) running.begin(k);
+    auto ended = running.ended(kBetweenLooks);
+    if (!ended) continue;
+    auto& [k, task] = *ended;
+    if (!task.ok()) return task.problem();
+    if (auto taken = take(k, std::move(task).value()); !taken.ok()) return taken;
+    if (has_tiles(blocks[k])) --left;
     made = Clock::now();
   }
 }

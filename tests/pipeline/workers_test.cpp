@@ -92,6 +92,35 @@ TEST(Workers, AnExceptionEndsItsLoopOnly) {
   EXPECT_EQ(done, 205);
 }
 
+TEST(RunningTasks, AreTakenAsTheyEndAndWaitedFor) {
+  constexpr auto kLong = std::chrono::minutes(10);
+  std::atomic<int> ended{0};
+  std::promise<void> second_goes;
+  std::shared_future<void> go(second_goes.get_future());
+  {
+    RunningTasks running([&](std::size_t k) -> proto::Result<FinishedTask> {
+      if (k == 1) go.wait();
+      ++ended;
+      if (k == 2) return proto::Problem{"three", "", "", ""};
+      return FinishedTask{};
+    });
+    running.begin(1);
+    running.begin(0);
+    const auto first = running.ended(kLong);
+    ASSERT_TRUE(first);
+    EXPECT_EQ(first->first, 0u);
+    EXPECT_TRUE(first->second.ok());
+    EXPECT_FALSE(running.ended(std::chrono::milliseconds(0)));
+    EXPECT_EQ(running.count(), 1u);
+    running.begin(2);
+    const auto failed = running.ended(kLong);
+    ASSERT_TRUE(failed);
+    EXPECT_EQ(failed->second.problem().type, "three");
+    second_goes.set_value();
+  }
+  EXPECT_EQ(ended, 3) << "the one that nobody took was waited for";
+}
+
 TEST(InFlight, TasksAreTakenInOrderAndNoMoreAreMadeAtOnce) {
   std::atomic<int> now{0}, most{0};
   std::vector<std::size_t> taken;
