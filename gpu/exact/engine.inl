@@ -247,12 +247,17 @@ void Engine<Executor>::start(const BlockPlan& plan) {
 template <class Executor>
 void Engine<Executor>::keep_network(Network net) {
   const Field& field = net.field;
-  const int across = calm_squares(field.columns), up = calm_squares(field.rows);
-  calm_.reserve(static_cast<std::size_t>(across) * static_cast<std::size_t>(up));
-  executor_->each_at(across, up, CalmSquares{net, calm_.data()});
+  const auto across = [&field](int shift) { return calm_squares(field.columns, shift); };
+  const auto up = [&field](int shift) { return calm_squares(field.rows, shift); };
+  calm_.reserve(static_cast<std::size_t>(across(kCalmShift)) * static_cast<std::size_t>(up(kCalmShift)));
+  executor_->each_at(across(kCalmShift), up(kCalmShift), CalmSquares{net, calm_.data()});
   net.calm = calm_.data();
   executor_->each_at(field.stride, field.rows, MarkSquares{net});
   for (int half = 1; half < net.largest; half *= 2) {
+    if (2 * half > 1 << net.calm_shift) {
+      ++net.calm_shift;
+      executor_->each_at(across(net.calm_shift), up(net.calm_shift), CalmAreas{net, net.calm_shift, calm_.data()});
+    }
     const int columns = (field.columns - 1) / half + 1, rows = (field.rows - 1) / half + 1;
     executor_->each_at(columns, rows, KeepMiddles{net, half});
     executor_->each_at(columns, rows, KeepCentres{net, half});

@@ -161,6 +161,35 @@ TEST_P(ExactCalm, AllTrianglesOfACalmSquareFit) {
   EXPECT_GT(calm_ones, 20u);
   EXPECT_LT(calm_ones, calm.size());
 }
+TEST_P(ExactCalm, AllTrianglesOfACalmAreaFit) {
+  const CalmCase& c = GetParam();
+  const MadeField made(c.terrain, {0, 0, 129, 125}, c.scale);
+  Network net;
+  net.field = made.field;
+  const std::vector<CurveRow> rows(129, {c.bend, c.sway});
+  net.height_step = 64, net.per_height_step = 1.0f / 64;
+  std::size_t calm_ones = 0, others = 0;
+  for (int k = 0; k < 12; ++k) {
+    net.demand = {static_cast<float>(c.tolerance_m * 1024 * (1 << k)), -1, {rows.data(), c.bend}};
+    for (int shift = 3; shift <= 5; ++shift) {
+      const int across = calm_squares(net.field.columns, shift), cells = 1 << shift;
+      std::vector<std::uint8_t> calm(static_cast<std::size_t>(across * calm_squares(net.field.rows, shift)));
+      for (int n = 0; n < static_cast<int>(calm.size()); ++n) {
+        const int x = n % across * cells, y = n / across * cells;
+        CalmAreas{net, shift, calm.data()}(n % across, n / across);
+        ++(calm[static_cast<std::size_t>(n)] ? calm_ones : others);
+        if (!calm[static_cast<std::size_t>(n)] || y + cells >= net.field.rows) continue;
+        each_right_triangle(x, y, cells, [&](const GridPlace& a, const GridPlace& b, const GridPlace& d) {
+          EXPECT_TRUE(right_triangle_fits(
+              make_triangle(net.corner(a.x, a.y), net.corner(b.x, b.y), net.corner(d.x, d.y), net.demand), net.field))
+              << x << " " << y << " cells " << cells;
+        });
+      }
+    }
+  }
+  EXPECT_GT(calm_ones, 20u);
+  EXPECT_GT(others, 20u);
+}
 INSTANTIATE_TEST_SUITE_P(Made, ExactCalm,
                          testing::Values(CalmCase{"alpine", 1, 3, 0, 0}, CalmCase{"alpine", 1, 2, 20, 1e-4f},
                                          CalmCase{"cliff", 1, 2, 0, 0}, CalmCase{"islands", 1, 1.5, 1, 0},

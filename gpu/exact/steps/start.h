@@ -73,20 +73,23 @@ struct GridPlace {
   int x, y;
 };
 
-/// Squares of so many cells a way are asked whether their ground is calm.
+/// Squares of so many cells a way, and of 8, 16 and 32, are asked whether their ground is calm.
 inline constexpr int kCalmShift = 2, kCalmCells = 1 << kCalmShift;
-CORDILLERA_HD constexpr int calm_squares(int samples) { return (samples - 1 + kCalmCells - 1) >> kCalmShift; }
+CORDILLERA_HD constexpr int calm_squares(int samples, int shift = kCalmShift) {
+  return (samples - 1 + (1 << shift) - 1) >> shift;
+}
 
 /// A block's network: which samples stay, indexed like Field::height.
 struct Network {
   Field field;
-  const std::uint8_t* calm = nullptr;  ///< indexed by square, calm_squares(columns) a row; 1: see CalmSquares
+  const std::uint8_t* calm = nullptr;  ///< indexed by square, calm_squares(columns, calm_shift) a row; 1: see CalmSquares
   std::uint8_t* stays = nullptr;
   int largest = 1;                                        ///< side of the largest square
   Demand demand{0, 0, {}};                                ///< with the start's share of the tolerance
   float height_step = 1, per_height_step = 1;             ///< a power of two, and one by it
   std::int32_t west = 0, east = 0, south = 0, north = 0;  ///< what of the block becomes a mesh
   std::uint32_t hems = 0;                                 ///< sides of that, bit by Side, that end at a hem: two rows of it stay
+  int calm_shift = kCalmShift;  ///< squares of 1 << calm_shift cells, no smaller than those that are asked about
 
   CORDILLERA_HD bool is_inside(int x, int y) const { return x >= 0 && y >= 0 && x < field.columns && y < field.rows; }
   CORDILLERA_HD bool is_own(int x, int y) const { return x >= west && y >= south && x <= east && y <= north; }
@@ -110,16 +113,16 @@ struct Network {
         deeper(deeper(depth(first_x, first_y), depth(last_x, first_y)), deeper(depth(first_x, last_y), depth(last_x, last_y))),
         -1);
   }
-  /// Is it known of the square of 2 * half cells from there on that its triangles fit?
-  CORDILLERA_HD bool is_calm(const GridPlace& square, int half) const {
-    return 2 * half <= kCalmCells && calm[(square.y >> kCalmShift) * calm_squares(field.columns) + (square.x >> kCalmShift)] != 0;
+  /// Is it known of a square from there on that its triangles fit?
+  CORDILLERA_HD bool is_calm(const GridPlace& square) const {
+    return calm[(square.y >> calm_shift) * calm_squares(field.columns, calm_shift) + (square.x >> calm_shift)] != 0;
   }
   /// The triangle of samples a, b and c, which lies in the square of 2 * half cells from `square` on; c may lie outside of the
   /// block, and then there is none. middles: of a smallest one, the samples that are not its corners are the middles of its first
   /// `middles` edges.
   CORDILLERA_HD bool triangle_fits(const GridPlace& a, const GridPlace& b, const GridPlace& c, const GridPlace& square, int half,
                                    int middles) const {
-    if (!is_inside(c.x, c.y) || is_calm(square, half)) return true;
+    if (!is_inside(c.x, c.y) || is_calm(square)) return true;
     const Corner corners[3] = {corner(a.x, a.y), corner(b.x, b.y), corner(c.x, c.y)};
     if (half == 1 && is_clear(square.x + 1, square.y + 1)) {
       const Verdict verdict = smallest_fits(corners, middles);
@@ -144,6 +147,37 @@ struct Network {
     const float spread = magnitude(b.height - a.height) + magnitude(c.height - a.height) + bend;
     const float slack = spread * (0x1p-14f + 200 * magnitude(curve.sway)) + bend + 2;
     return off + slack <= demand.tolerance ? Verdict::fits : off > demand.tolerance + slack ? Verdict::fails : Verdict::unknown;
+  }
+};
+
+/// How far a triangle within a square of so many cells may be from a sample, rounding included, where samples are within
+/// `spread` / 2 of a plane of that slope. A square of w cells bends a triangle by no more than w * w / 4 of its bends, and its
+/// slopes by no more than w of them.
+CORDILLERA_HD inline float apart_in_square(const Network& net, int cells, float spread, float slope, int south) {
+  const float wide = static_cast<float>(cells), box = static_cast<float>(cells + 8);  // as make_triangle takes it
+  const Curve& curve = net.demand.curve;
+  float bend = 0, sway = 0;
+  for (int y = south; y <= least(south + cells, net.field.rows - 1); ++y) {
+    const CurveRow row = curve.at(y);
+    bend = row.along > bend ? row.along : bend;
+    sway = row.sway > sway ? row.sway : sway;
+  }
+  bend += curve.up;
+  const float steepest = slope + 2 * (spread + net.height_step + wide * bend);
+  const float rise = steepest * box + bend * (box * box);
+  return spread + net.height_step + bend * (wide * wide) + 8 * rise * kRoundingShare + 2 * sway * steepest * (box * box);
+}
+
+/// The plane through a square's corners, nearly.
+struct CornerPlane {
+  float first, dx, dy;
+  CORDILLERA_HD CornerPlane(const Field& field, int west, int south, int columns, int rows) {
+    const float* const corner = field.height + field.index(west, south);
+    const auto east = static_cast<std::uint32_t>(columns - 1),
+               north = static_cast<std::uint32_t>(rows - 1) * static_cast<std::uint32_t>(field.stride);
+    first = corner[0];
+    dx = (corner[east] - first + corner[north + east] - corner[north]) / static_cast<float>(2 * (columns - 1));
+    dy = (corner[north] - first + corner[north + east] - corner[east]) / static_cast<float>(2 * (rows - 1));
   }
 };
 
@@ -178,39 +212,56 @@ struct CalmSquares {
  private:
   CORDILLERA_HD bool is_near_plane(int west, int south, int columns, int rows) const {
     const Field& field = net.field;
+    const CornerPlane plane(field, west, south, columns, rows);
     const float* const first = field.height + field.index(west, south);
-    const auto last = static_cast<std::uint32_t>(rows - 1) * static_cast<std::uint32_t>(field.stride);
-    const float dx = (first[columns - 1] - first[0] + first[last + static_cast<std::uint32_t>(columns - 1)] - first[last]) /
-                     static_cast<float>(2 * (columns - 1)),
-                dy = (first[last] - first[0] + first[last + static_cast<std::uint32_t>(columns - 1)] - first[columns - 1]) /
-                     static_cast<float>(2 * (rows - 1));
     float low = 0, high = 0;
     for (int y = 0; y < rows; ++y) {
       const float* const row = first + static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(field.stride);
-      const float up = dy * static_cast<float>(y);
+      const float up = plane.dy * static_cast<float>(y);
       for (int x = 0; x < columns; ++x) {
-        const float off = (row[x] - first[0]) - (dx * static_cast<float>(x) + up);
+        const float off = (row[x] - plane.first) - (plane.dx * static_cast<float>(x) + up);
         low = off < low ? off : low;
         high = off > high ? off : high;
       }
     }
-    return apart(high - low, magnitude(dx) + magnitude(dy), south) <= net.demand.tolerance;
+    return apart_in_square(net, kCalmCells, high - low, magnitude(plane.dx) + magnitude(plane.dy), south) <= net.demand.tolerance;
   }
-  /// How far a triangle may be from a sample, rounding included, where samples are within `spread` / 2 of a plane of that slope.
-  /// A square of w cells bends a triangle by no more than w * w / 4 of its bends, and its slopes by no more than w of them.
-  CORDILLERA_HD float apart(float spread, float slope, int south) const {
-    constexpr float kWide = kCalmCells, kBox = kCalmCells + 8;  // as make_triangle takes it
-    const Curve& curve = net.demand.curve;
-    float bend = 0, sway = 0;
-    for (int y = south; y <= least(south + kCalmCells, net.field.rows - 1); ++y) {
-      const CurveRow row = curve.at(y);
-      bend = row.along > bend ? row.along : bend;
-      sway = row.sway > sway ? row.sway : sway;
+};
+
+/// The same of larger squares, from the planes of the squares of 8 samples that they touch, all of them without voids.
+struct CalmAreas {
+  Network net;
+  int shift;
+  std::uint8_t* calm;
+
+  CORDILLERA_HD void operator()(int sx, int sy) const {
+    const Field& field = net.field;
+    const int cells = 1 << shift, west = sx << shift, south = sy << shift;
+    const int columns = least(cells + 1, field.columns - west), rows = least(cells + 1, field.rows - south);
+    const CornerPlane plane(field, west, south, columns, rows);
+    float off = 0;
+    bool clear = true;
+    for (int y = south >> 3; y <= (south + rows - 1) >> 3; ++y) {
+      for (int x = west >> 3; x <= (west + columns - 1) >> 3; ++x) {
+        const int square = y * field.tier_stride[0] + x;
+        clear = clear && !(field.depth && has_deep_void(field.tier_depth[0][square], -1));
+        const float apart =
+            from(plane, field.plane[0][square], static_cast<float>(8 * x - west), static_cast<float>(8 * y - south));
+        off = apart > off ? apart : off;
+      }
     }
-    bend += curve.up;
-    const float steepest = slope + 2 * (spread + net.height_step + kWide * bend);
-    const float rise = steepest * kBox + bend * (kBox * kBox);
-    return spread + net.height_step + bend * (kWide * kWide) + 8 * rise * kRoundingShare + 2 * sway * steepest * (kBox * kBox);
+    const bool near =
+        apart_in_square(net, cells, 2 * off, magnitude(plane.dx) + magnitude(plane.dy), south) <= net.demand.tolerance;
+    calm[sy * calm_squares(field.columns, shift) + sx] = clear && near ? 1 : 0;
+  }
+
+ private:
+  static constexpr float kRounded = 8;  ///< of heights beyond 2^23, and more
+
+  /// How far samples of a square of 8 may be from the plane; x, y: from the plane's first corner to the square's.
+  CORDILLERA_HD static float from(const CornerPlane& plane, const BoundingPlane& of, float x, float y) {
+    const float middle = (of.middle - plane.first) - (plane.dx * (x + 3.5f) + plane.dy * (y + 3.5f));
+    return magnitude(middle) + 3.5f * (magnitude(of.dx - plane.dx) + magnitude(of.dy - plane.dy)) + of.off + kRounded;
   }
 };
 
