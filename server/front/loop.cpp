@@ -11,7 +11,8 @@ namespace cordillera::server::front {
 namespace {
 
 constexpr auto kTick = std::chrono::milliseconds(250);
-constexpr auto kNews = std::chrono::milliseconds(50);  // a build that reports often is told of twenty times a second
+constexpr auto kNews =
+    std::chrono::milliseconds(50);  // a build that reports often is told of twenty times a second; one, at once
 constexpr std::size_t kScratch = std::size_t{256} << 10;
 
 /// One more, until the pointer goes.
@@ -108,13 +109,14 @@ void Loop::tick() {
 void Loop::changed() {
   if (changed_.exchange(true)) return;
   boost::asio::post(io_, [this] {
-    news_.expires_after(kNews);
+    news_.expires_at(told_at_ + kNews);
     news_.async_wait([this](const boost::system::error_code&) { tell_changed(); });
   });
 }
 
 void Loop::tell_changed() {
   changed_ = false;
+  told_at_ = Clock::now();
   const std::vector<std::shared_ptr<Connection>> all(connections_.begin(), connections_.end());
   for (const auto& connection : all) connection->guarded([&] { connection->changed(); });
 }

@@ -53,6 +53,7 @@ class Loop {
   std::optional<boost::asio::executor_work_guard<boost::asio::io_context::executor_type>> work_;
   boost::asio::steady_timer ticks_, news_;
   std::atomic<bool> changed_{false};
+  std::chrono::steady_clock::time_point told_at_;  ///< connections, of news
   bool stopping_ = false;
   std::chrono::steady_clock::time_point stop_at_;
   std::unordered_set<std::shared_ptr<Connection>> connections_;
