@@ -15,7 +15,7 @@ shift
 export ASAN_OPTIONS=${ASAN_OPTIONS:-detect_stack_use_after_return=1:strict_string_checks=1:check_initialization_order=1:allocator_may_return_null=1:max_allocation_size_mb=4000}
 export UBSAN_OPTIONS=${UBSAN_OPTIONS:-print_stacktrace=1}
 export LSAN_OPTIONS=${LSAN_OPTIONS:-suppressions=$root/tests/sanitize/leaks.txt:print_suppressions=0}
-export TSAN_OPTIONS=${TSAN_OPTIONS:-suppressions=$root/tests/sanitize/threads.txt:second_deadlock_stack=1:allocator_may_return_null=1}
+export TSAN_OPTIONS=${TSAN_OPTIONS:-suppressions=$root/tests/sanitize/threads.txt:second_deadlock_stack=1:allocator_may_return_null=1:max_allocation_size_mb=4000}
 # A program of the build is run by it, so the options stand before.
 cmake --preset $preset -S "$root" >/dev/null
 cmake --build "$root/build/$preset" -j "${JOBS:-$(nproc)}"

@@ -129,15 +129,35 @@ struct CalmCase {
 };
 void PrintTo(const CalmCase& c, std::ostream* out) { *out << c.terrain << " times " << c.scale; }
 
+/// The network of a case, over 129 columns.
+class CalmNetwork {
+ public:
+  CalmNetwork(const CalmCase& c, int rows)
+      : made_(c.terrain, {0, 0, 129, rows}, c.scale), tolerance_m_(c.tolerance_m), curve_(129, {c.bend, c.sway}), up_(c.bend) {
+    net.field = made_.field;
+    net.height_step = 64, net.per_height_step = 1.0f / 64;
+    ask(1);
+  }
+  /// So many times the case's tolerance.
+  void ask(int times) { net.demand = {static_cast<float>(tolerance_m_ * 1024 * times), -1, {curve_.data(), up_}}; }
+  bool fits(const GridPlace& a, const GridPlace& b, const GridPlace& c) const {
+    return right_triangle_fits(make_triangle(net.corner(a.x, a.y), net.corner(b.x, b.y), net.corner(c.x, c.y), net.demand),
+                               net.field);
+  }
+
+  Network net;
+
+ private:
+  const MadeField made_;
+  const double tolerance_m_;
+  const std::vector<CurveRow> curve_;
+  const float up_;
+};
+
 class ExactCalm : public testing::TestWithParam<CalmCase> {};
 TEST_P(ExactCalm, AllTrianglesOfACalmSquareFit) {
-  const CalmCase& c = GetParam();
-  const MadeField made(c.terrain, {0, 0, 129, 129}, c.scale);
-  Network net;
-  net.field = made.field;
-  const std::vector<CurveRow> rows(129, {c.bend, c.sway});
-  net.demand = {static_cast<float>(c.tolerance_m * 1024), -1, {rows.data(), c.bend}};
-  net.height_step = 64, net.per_height_step = 1.0f / 64;
+  const CalmNetwork made(GetParam(), 129);
+  const Network& net = made.net;
   const int across = calm_squares(net.field.columns);
   std::vector<std::uint8_t> calm(static_cast<std::size_t>(across * calm_squares(net.field.rows)));
   std::size_t calm_ones = 0;
@@ -150,9 +170,7 @@ TEST_P(ExactCalm, AllTrianglesOfACalmSquareFit) {
         for (int k = 0; k < kCalmCells / side * (kCalmCells / side); ++k) {
           const int x = kCalmCells * sx + k % (kCalmCells / side) * side, y = kCalmCells * sy + k / (kCalmCells / side) * side;
           each_right_triangle(x, y, side, [&](const GridPlace& a, const GridPlace& b, const GridPlace& d) {
-            EXPECT_TRUE(right_triangle_fits(
-                make_triangle(net.corner(a.x, a.y), net.corner(b.x, b.y), net.corner(d.x, d.y), net.demand), net.field))
-                << x << " " << y << " side " << side;
+            EXPECT_TRUE(made.fits(a, b, d)) << x << " " << y << " side " << side;
           });
         }
       }
@@ -162,15 +180,11 @@ TEST_P(ExactCalm, AllTrianglesOfACalmSquareFit) {
   EXPECT_LT(calm_ones, calm.size());
 }
 TEST_P(ExactCalm, AllTrianglesOfACalmAreaFit) {
-  const CalmCase& c = GetParam();
-  const MadeField made(c.terrain, {0, 0, 129, 125}, c.scale);
-  Network net;
-  net.field = made.field;
-  const std::vector<CurveRow> rows(129, {c.bend, c.sway});
-  net.height_step = 64, net.per_height_step = 1.0f / 64;
+  CalmNetwork made(GetParam(), 125);
+  const Network& net = made.net;
   std::size_t calm_ones = 0, others = 0;
   for (int k = 0; k < 12; ++k) {
-    net.demand = {static_cast<float>(c.tolerance_m * 1024 * (1 << k)), -1, {rows.data(), c.bend}};
+    made.ask(1 << k);
     for (int shift = 3; shift <= 5; ++shift) {
       const int across = calm_squares(net.field.columns, shift), cells = 1 << shift;
       std::vector<std::uint8_t> calm(static_cast<std::size_t>(across * calm_squares(net.field.rows, shift)));
@@ -180,9 +194,7 @@ TEST_P(ExactCalm, AllTrianglesOfACalmAreaFit) {
         ++(calm[static_cast<std::size_t>(n)] ? calm_ones : others);
         if (!calm[static_cast<std::size_t>(n)] || y + cells >= net.field.rows) continue;
         each_right_triangle(x, y, cells, [&](const GridPlace& a, const GridPlace& b, const GridPlace& d) {
-          EXPECT_TRUE(right_triangle_fits(
-              make_triangle(net.corner(a.x, a.y), net.corner(b.x, b.y), net.corner(d.x, d.y), net.demand), net.field))
-              << x << " " << y << " cells " << cells;
+          EXPECT_TRUE(made.fits(a, b, d)) << x << " " << y << " cells " << cells;
         });
       }
     }
