@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# What the container files say is so: container_file.sh BUILD. An image is not built, for that takes a registry and a daemon; that the archive
-# runs on a bare Debian is clean_machine.sh's.
+# What the container files say is so: container_file.sh BUILD. The image is built and run by
+# container_image.sh, by hand; that the archive runs on a bare Debian is clean_machine.sh's.
 set -euo pipefail
 build=$(cd "${1:?usage: tests/deploy/container_file.sh BUILD}" && pwd)
 . "$(dirname "${BASH_SOURCE[0]}")/../real_server.sh" "The test of the container files"
