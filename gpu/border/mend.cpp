@@ -1,6 +1,7 @@
 #include "gpu/border/mend.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdlib>
@@ -274,8 +275,11 @@ class Mender {
 
   // Edges of the full neighbours of v that do not end in v.
   bool flip_near(std::uint32_t v) {
-    const std::vector<std::uint32_t> ring(rings_.ring(v).begin(), rings_.ring(v).end());
-    for (const std::uint32_t u : ring) {
+    std::array<std::uint32_t, kRowWidth> ring;  // a copy: a flip may change the row
+    const std::size_t count = rings_.valence[v];
+    std::copy_n(rings_.ring(v).begin(), count, ring.begin());
+    for (std::size_t n = 0; n < count; ++n) {
+      const std::uint32_t u = ring[n];
       if (rings_.valence[u] < cap(u)) continue;
       for (std::uint32_t k = 0; k < rings_.valence[u]; ++k)
         if (rings_.ring(u)[k] != v && flip(u, k)) return true;
