@@ -24,6 +24,7 @@ need_node() {
 
 need_chromium() {
   chromium=$(command -v chromium || command -v chromium-browser) || leave_out Chromium
+  "$chromium" --version >/dev/null 2>&1 || leave_out "Chromium ($chromium does not run: Ubuntu's package is a script that asks for a snap)"
 }
 
 # node_modules SOURCE FOLDER: puts what SOURCE/package-lock.json names into FOLDER/node_modules. It is fetched once for each lock file,

@@ -148,7 +148,7 @@ std::optional<Between> between(const raster::HeightSteps& grid, const TilePoint&
   const auto at = [&](double c, double r) {
     return grid.height[static_cast<std::size_t>(r) * static_cast<std::size_t>(grid.columns) + static_cast<std::size_t>(c)];
   };
-  const auto cut_off = [](std::int32_t at) { return at == -kBuffer || at == kExtent + kBuffer; };
+  const auto cut_off = [](std::int32_t side) { return side == -kBuffer || side == kExtent + kBuffer; };
   if (cut_off(p.x) || cut_off(p.y) || (!centre(p.x) && !centre(p.y))) return std::nullopt;
   const std::int32_t a = at(std::floor(column), std::floor(row)), b = at(std::ceil(column), std::ceil(row));
   if (a == raster::kNoHeightHere || b == raster::kNoHeightHere) return std::nullopt;
@@ -175,8 +175,9 @@ TEST(Contours, RunWhereTheHeightsAreTheirs) {
         for (const TilePoint& at : line) {
           const auto found = between(**grid, at);
           found ? ++points : ++unknown;
-          if (found)
+          if (found) {
             EXPECT_NEAR(found->height_m, ele, found->rise_m / (2 * kPixel) + 0.002) << p.z << " at " << at.x << ", " << at.y;
+          }
         }
       }
     }

@@ -98,10 +98,11 @@ TEST(Pmtiles, HoldsEveryTileOfEveryFace) {
     std::set<std::uint64_t> wanted;
     each_place(archived_dataset().terrain(), *face, tiles, [&](const faces::Place& at) {
       const std::uint64_t id = hilbert_id(square_address(tiles.grid, at));
-      const std::string& bytes = face_bytes(faces::path_of(tiles, at));
+      const std::string path = faces::path_of(tiles, at);
+      const std::string& bytes = face_bytes(path);
       const auto found = reader.tile(id);
-      ASSERT_TRUE(found) << faces::path_of(tiles, at);
-      EXPECT_EQ(reader.byte(98) == 2 ? gunzipped(*found) : *found, bytes) << faces::path_of(tiles, at);
+      ASSERT_TRUE(found) << path;
+      EXPECT_EQ(reader.byte(98) == 2 ? gunzipped(*found) : *found, bytes) << path;
       wanted.insert(id);
     });
     EXPECT_GE(wanted.size(), 10u) << face->name;

@@ -273,7 +273,8 @@ TEST_F(Program, EventsTellStageShareAndTimeUntilItIsReady) {
     if (line.rfind("event: ", 0) == 0) event = line.substr(7);
     if (line.rfind("data: ", 0) != 0 || event != "progress") continue;
     Json data = Json::parse(line.substr(6));
-    if (stages.empty() || stages.back() != data["stage"]) stages.push_back(data["stage"]);
+    const std::string stage = data["stage"];  // as a string: json 3.11.3 does not compare the two
+    if (stages.empty() || stages.back() != stage) stages.push_back(stage);
     EXPECT_GE(data["done"], 0) << line;
     EXPECT_LE(data["done"], data["total"]) << line;
     EXPECT_GE(data["share"], 0) << line;
