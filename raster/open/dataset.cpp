@@ -13,7 +13,7 @@
 #include "raster/gdal/formats.h"
 #include "raster/gdal/gdal_scope.h"
 #include "raster/open/at_hand.h"
-#include "raster/open/netcdf_length.h"
+#include "raster/open/whole_file.h"
 #include "raster/storage/ranged_file.h"
 
 namespace cordillera::raster {
@@ -77,17 +77,6 @@ proto::Result<void> check_size(const Dataset& dataset, const std::string& path) 
     return Problem{"raster-too-large", claim + " in " + std::to_string(bytes) + " bytes of points",
                    "points that fill more of the box around them", ""};
   return {};
-}
-
-proto::Result<void> check_length(const Dataset& dataset) {
-  if (dataset.driver != "netCDF") return {};
-  std::error_code error;
-  const auto bytes = fs::file_size(dataset.path, error);
-  const auto needed = netcdf_length(dataset.path);
-  if (error || !needed || *needed <= bytes) return {};
-  return Problem{"raster-truncated",
-                 dataset.name + " has " + std::to_string(bytes) + " bytes, and its header tells of " + std::to_string(*needed),
-                 "a complete file", ""};
 }
 
 /// Of NetCDF GDAL takes the last dimension of a variable for columns, whatever it is: longitudes down the rows would put the
@@ -186,6 +175,7 @@ proto::Result<void> open_at_hand(Dataset& dataset, const AtHand& raster, const s
       return Problem{"storage-full", "no temporary folder can be made to open " + dataset.name + " in", "a disk with free space",
                      ""};
   }
+  if (auto whole = check_pages(dataset.path, dataset.name); !whole.ok()) return whole;
   const GdalScope scope(dataset.trust);
   const std::string place = ranged != nullptr ? name_for_gdal(*ranged) : dataset.path;
   dataset.handle = open_handle(raster, place, dataset.trust);

@@ -104,6 +104,13 @@ std::map<std::string, std::string> expected() {
   return table;
 }
 
+/// known: an answer, or "one or another" where versions of GDAL differ.
+bool is_one_of(const std::string& known, const std::string& slug) {
+  const std::string between = " or ";
+  const auto at = known.find(between);
+  return slug == known.substr(0, at) || (at != known.npos && slug == known.substr(at + between.size()));
+}
+
 /// A name on one line of text.
 std::string plain(std::string name) {
   for (char& c : name) {
@@ -133,7 +140,8 @@ TEST_F(BadTable, EveryRowHasItsAnswerAndItsBounds) {
     const Answer answer = in_a_child(file, row);
     if (out) out << name << '\t' << answer.slug << '\t' << answer.megabytes << '\t' << answer.seconds << '\n';
     const auto found = table.find(name);
-    EXPECT_EQ(answer.slug, found == table.end() ? "(no row)" : found->second) << name;
+    const std::string known = found == table.end() ? "(no row)" : found->second;
+    EXPECT_TRUE(is_one_of(known, answer.slug)) << name << ": " << answer.slug << " instead of " << known;
     EXPECT_LT(answer.megabytes, kMostMegabytes) << name;
   }
   EXPECT_GE(names.size(), 150u);

@@ -94,7 +94,7 @@ TEST_F(Sent, AByteOrderMarkIsNoPartOfATextsFirstWord) {
   }
 }
 
-/// Half of the heights, with the whole header: reading says so.
+/// Half of the heights, with the whole header: it is told, if not by opening, then by reading.
 TEST_F(Sent, CutOnesAreDamaged) {
   for (const SentRow& row : sent_rows()) {
     if (row.beside.empty() || std::string(row.driver) == "AAIGrid") continue;
@@ -115,7 +115,7 @@ TEST_F(Sent, CutOnesAreDamaged) {
                                              static_cast<std::int32_t>(w.north - w.south + 1));
       slug = samples.ok() ? "heights" : samples.problem().type;
     }
-    EXPECT_EQ(slug, "raster-unreadable");
+    EXPECT_EQ(slug, std::string(row.driver) == "SAGA" ? "raster-unreadable" : "raster-truncated");
     std::filesystem::remove(path("cut.zip"));
   }
 }

@@ -39,7 +39,9 @@ TEST_F(Value, EveryTypeIsRead) {
   }
   Spec bytes = aligned("Byte");
   bytes.create = {"PIXELTYPE=SIGNEDBYTE"};
-  bytes.value = [](int, int) { return 251; };
+  bytes.value = [](int, int) {
+    return GDAL_VERSION_NUM < GDAL_COMPUTE_VERSION(3, 7, 0) ? 251 : -5;
+  };  // later it is a type of its own
   EXPECT_EQ(pixel_m(*must_open(write(bytes)), 2, 2), -5);
   EXPECT_EQ(problem_type(write(aligned("CFloat32"))), "raster-type");
 }
