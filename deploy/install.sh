@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what is missing of deploy/packages.txt on Debian 12 or 13 (or a system with the same package names).
+# Installs what is missing of deploy/packages.txt on Debian 12 or 13 or Ubuntu 24.04 (or a system with the same package names).
 #   deploy/install.sh            what the build and the tests need; fails when it cannot be installed
 #   deploy/install.sh --web      also what the viewer and the browser tests need; says so when it cannot, and goes on
 #   deploy/install.sh --clang    also clang and clang-tidy, for tests/fuzz/run.sh and tests/tidy.sh; fails when they cannot be installed
@@ -36,17 +36,18 @@ apt_install() {
   prepare_apt && "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" >/dev/null
 }
 
-# Debian 12 is what the project is tested on, and 13 has all packages under the same names. Another system usually works, so this is a remark and
-# not an end.
+# Debian 12 is what the project is tested on; the others have all packages under the same names. Another system usually works, so this is a remark
+# and not an end.
 check_system() {
   local id=unknown version=unknown
   if [[ -r /etc/os-release ]]; then
     id=$(. /etc/os-release && printf '%s' "${ID:-unknown}")
     version=$(. /etc/os-release && printf '%s' "${VERSION_ID:-unknown}")
   fi
-  if [[ "$id $version" != 'debian 12' && "$id $version" != 'debian 13' ]]; then
-    say "this is $id $version; the package names are those of Debian 12 and 13"
-  fi
+  case "$id $version" in
+    'debian 12' | 'debian 13' | 'ubuntu 24.04') ;;
+    *) say "this is $id $version; the package names are those of Debian 12 and 13 and Ubuntu 24.04" ;;
+  esac
 }
 
 # install_required packages.txt
