@@ -18,6 +18,7 @@
 #include "pipeline/build/builder.h"
 #include "pipeline/build/in_flight.h"
 #include "pipeline/build/pilot.h"
+#include "pipeline/build/provisional.h"
 #include "pipeline/build/teller.h"
 #include "pipeline/build/water_build.h"
 #include "pipeline/plan/block_grid.h"
@@ -342,8 +343,8 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
     return masked.problem();
   const proto::Source& described = request.decimation ? request.decimation->of : (*source)->description();
   proto::Manifest manifest = blank_manifest(request, *plan, described, {workers.threads(), builder.device()});
-  manifest.set_provisional(request.decimation != nullptr);
-  if (!request.decimation) note_values(**source, manifest);
+  manifest.set_provisional(is_provisional(request));
+  if (!is_provisional(request)) note_values(**source, manifest);
   manifest.set_device(builder.device());  // in the manifest alone: tiles are the same bytes wherever they were made
   auto published = (*store)->publish(std::move(manifest));
   if (!published.ok() && published.problem().type == "no-data") return without_data(request);

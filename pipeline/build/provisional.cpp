@@ -10,6 +10,9 @@
 namespace cordillera::pipeline {
 namespace {
 
+/// Of one among several rasters, however small it is beside the others.
+constexpr std::int64_t kFewestPixels = 64;
+
 std::int64_t samples_at(const raster::Source& source, int level) {
   const raster::Source::Window w = source.window({level});
   return w.west > w.east || w.south > w.north ? 0 : (w.east - w.west + 1) * (w.north - w.south + 1);
@@ -29,12 +32,35 @@ proto::BuildOptions quick(const proto::BuildOptions& asked, int finest, int leve
   return options;
 }
 
+/// The pixels that a build of the level needs, in place of all. False: a raster has none to give.
+proto::Result<bool> thin_out(BuildRequest& request, raster::Source& source, int level) {
+  if (request.members.empty()) {
+    auto pixels = source.decimate(samples_at(source, level));
+    if (!pixels.ok()) return pixels.problem();
+    request.decimation = std::move(*pixels);
+    return request.decimation != nullptr;
+  }
+  for (raster::MosaicMember& member : request.members) {
+    auto own = raster::open_source(member.path, member.name, member.trust, member.options);
+    if (!own.ok()) return own.problem();
+    auto pixels = (*own)->decimate(std::max<std::int64_t>(samples_at(**own, level), kFewestPixels));
+    if (!pixels.ok()) return pixels.problem();
+    member.decimation = std::move(*pixels);
+    if (member.decimation == nullptr) return false;
+  }
+  return true;
+}
+
 }  // namespace
+
+bool is_provisional(const BuildRequest& request) {
+  return request.decimation || (!request.members.empty() && request.members.front().decimation);
+}
 
 proto::Result<std::optional<int>> provisional_level(const BuildRequest& request, const raster::Source& source,
                                                     std::int64_t most_samples) {
   const std::optional<int> none;
-  if (!request.members.empty() || request.options.bbox_size() > 0) return none;
+  if (request.members.size() > kMostLookedAt || request.options.bbox_size() > 0) return none;
   const auto range = level_range(source.description(), request.options);
   if (!range.ok()) return range.problem();
   const auto [finest, coarsest] = *range;
@@ -51,11 +77,11 @@ proto::Result<std::optional<BuildRequest>> provisional_request(const BuildReques
   if (!level.ok()) return level.problem();
   if (!*level) return none;
   const auto range = level_range(source.description(), request.options);
-  auto pixels = source.decimate(samples_at(source, **level));
-  if (!pixels.ok()) return pixels.problem();
-  if (*pixels == nullptr) return none;
   BuildRequest small = request;
-  small.decimation = std::move(*pixels);
+  const auto thinned = thin_out(small, source, **level);
+  if (!thinned.ok()) return thinned.problem();
+  if (!*thinned) return none;
+  small.block_samples = 0;
   small.options = quick(request.options, range->first, **level);
   return std::optional(std::move(small));
 }

@@ -9,9 +9,9 @@
 namespace cordillera::pipeline {
 
 /// A build, in the ordinary way, of the finest level at which the raster has at most `most_samples` on the lattice and of all
-/// above it. Its store is another than the request's, for the caller to name. Nothing: the request is for several rasters, for a
-/// part (bbox) of one, for no such level, or is itself no more than kWorthwhile times as much work. Problems: those of plan_of,
-/// and of reading the pixels.
+/// above it. Its store is another than the request's, for the caller to name. source: of the request; of several rasters each is
+/// opened here, once. Nothing: the request is for more than kMostLookedAt rasters, for a part (bbox) of one, for no such level,
+/// or is itself no more than kWorthwhile times as much work. Problems: those of plan_of, and of reading the pixels.
 proto::Result<std::optional<BuildRequest>> provisional_request(const BuildRequest& request, raster::Source& source,
                                                                std::int64_t most_samples);
 
@@ -22,6 +22,12 @@ proto::Result<std::optional<int>> provisional_level(const BuildRequest& request,
 /// How many samples the raster has at the level of the build's blocks: with so many, tiles of blocks can take their places one by
 /// one. Reads no pixel.
 proto::Result<std::int64_t> samples_of_block_level(const BuildRequest& request, raster::Source& source);
+
+/// Rasters that are opened for a first picture.
+inline constexpr std::size_t kMostLookedAt = 64;
+
+/// Whether what it builds is provisional.
+bool is_provisional(const BuildRequest& request);
 
 /// How many times the work of its provisional tiles a build must be.
 inline constexpr std::int64_t kWorthwhile = 8;

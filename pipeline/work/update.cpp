@@ -1,5 +1,6 @@
 #include "pipeline/work/update.h"
 
+#include <algorithm>
 #include <map>
 
 #include "pipeline/build/block_order.h"
@@ -7,6 +8,7 @@
 #include "pipeline/build/in_flight.h"
 #include "pipeline/build/teller.h"
 #include "pipeline/build/water_build.h"
+#include "pipeline/plan/plan.h"
 #include "pipeline/work/publish.h"
 #include "pipeline/work/work.h"
 #include "pipeline/work/work_plan.h"
@@ -130,6 +132,13 @@ raster::MosaicMember member_of(const proto::PlannedSource& source, const std::st
           {side(0), side(1), side(2), side(3)},
           source.state(),
           source.datum()};
+}
+
+proto::Result<std::int64_t> first_block_samples(const BuildRequest& request, const raster::Source& source) {
+  const auto range = level_range(source.description(), request.options);
+  if (!range.ok()) return range.problem();
+  const raster::Source::Window w = source.window({range->first});
+  return std::max((w.east - w.west + 1) * (w.north - w.south + 1) / kUpdateBlocks, kLeastBlockSamples);
 }
 
 proto::Result<proto::Manifest> update(const UpdateOrder& order, const ProgressCallback& progress, const std::atomic<bool>& stop) {

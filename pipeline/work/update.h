@@ -21,6 +21,10 @@ struct UpdateOrder {
 /// Blocks of the first version: so many where there are enough samples, so that a hundredth of the data touches few of them.
 inline constexpr std::int64_t kUpdateBlocks = 1024;
 
+/// Finest samples that a block of the first version has at most: what BuildRequest::block_samples is to say for its provisional
+/// tiles. Reads no pixel.
+proto::Result<std::int64_t> first_block_samples(const BuildRequest& request, const raster::Source& source);
+
 /// Stages of progress are those of build(). Problems: those of build().
 proto::Result<proto::Manifest> update(const UpdateOrder& order, const ProgressCallback& progress, const std::atomic<bool>& stop);
 

@@ -9,6 +9,7 @@
 #include "proto/ellipsoid.h"
 #include "proto/integers.h"
 #include "raster/mosaic/blend.h"
+#include "raster/pixels/decimation.h"
 #include "raster/storage/storage.h"
 
 namespace cordillera::raster {
@@ -189,7 +190,8 @@ class Mosaic final : public Source {
       return open_.front().source.get();
     }
     const MosaicMember& m = members_[member];
-    auto source = open_source(m.path, m.name, m.trust, m.options);
+    auto source = m.decimation ? open_decimated(m.path, m.name, m.trust, m.options, m.decimation)
+                               : open_source(m.path, m.name, m.trust, m.options);
     if (!source.ok()) return source.problem();
     open_.push_front({member, std::move(*source)});
     if (open_.size() > kOpenMembers) open_.pop_back();

@@ -18,9 +18,10 @@ struct MosaicMember {
   Trust trust = Trust::operator_file;
   proto::BuildOptions options;
   proto::Source description;
-  Source::Window window;  ///< on kMemberLattice
-  std::string state;      ///< of the file, when it was examined
-  std::string datum;      ///< Source::datum_print
+  Source::Window window;                           ///< on kMemberLattice
+  std::string state;                               ///< of the file, when it was examined
+  std::string datum;                               ///< Source::datum_print
+  std::shared_ptr<const Decimation> decimation{};  ///< read in place of its pixels; null: those
 };
 
 /// Opens the raster once to see where it lies and what it is. Its problems name it.

@@ -162,6 +162,12 @@ proto::Result<std::optional<std::string>> read_whole(const std::string& path) {
   return read_range(path, 0, *bytes);
 }
 
+std::optional<std::string> signed_address(const std::string& path) {
+  const GdalScope scope(Trust::operator_file);
+  const std::unique_ptr<char, decltype(&VSIFree)> address(VSIGetSignedURL(path.c_str(), nullptr), VSIFree);
+  return address ? std::optional<std::string>(address.get()) : std::nullopt;
+}
+
 std::optional<std::uint64_t> size_of(const std::string& path) {
   const GdalScope scope(Trust::operator_file);
   if (is_remote(path)) VSICurlPartialClearCache(path.c_str());  // what GDAL remembers was true once

@@ -25,6 +25,10 @@ proto::Result<std::optional<std::string>> read_range(const std::string& path, st
 /// The whole file.
 proto::Result<std::optional<std::string>> read_whole(const std::string& path);
 
+/// Where a GET has an object of object storage, or a part of it, for an hour: an address with a signature, which is nobody
+/// else's. nullopt: the storage signs none, such as without a key.
+std::optional<std::string> signed_address(const std::string& path);
+
 /// Bytes of the file; nullopt when there is none.
 std::optional<std::uint64_t> size_of(const std::string& path);
 

@@ -4,6 +4,7 @@
 #include <cctype>
 
 #include "proto/letters.h"
+#include "raster/storage/storage.h"
 #include "server/http/percent.h"
 #include "server/options/option_values.h"
 
@@ -59,8 +60,7 @@ bool is_crooked(const std::string& address) {
   if (!is_utf8(address)) return true;
   if (std::any_of(address.begin(), address.end(), [](char c) { return is_control(c) || c == ' ' || c == '\\' || c == '@'; }))
     return true;
-  const std::string path =
-      escaped_once(address.starts_with("s3://") ? address : before_query(address));  // a key may have any character
+  const std::string path = escaped_once(is_object(address) ? address : before_query(address));  // a key may have any character
   const std::size_t host = path.find("://") + 3;
   if (path.find('/', host) == std::string::npos)
     return true;  // a query right after the host: some would take it for a part of the name
@@ -151,13 +151,19 @@ std::string resolved(const std::string& address, const std::string& location) {
   return without_dots(joined(address, with_escapes(location)));
 }
 
+std::string object_path(const std::string& address) { return "/vsis3/" + address.substr(std::string_view("s3://").size()); }
+
+std::optional<std::string> http_address(const std::string& address) {
+  return is_object(address) ? raster::signed_address(object_path(address)) : address;
+}
+
 proto::Result<void> check_address(const ServeSettings& settings, const std::string& address) {
   std::string accepted = "a raster in the body";
   for (const std::string& prefix : settings.source_allow) accepted += ", or below " + prefix;
   const auto forbidden = [&](const std::string& why) { return Problem{"option-forbidden", why, accepted, "source"}; };
   if (settings.source_allow.empty())
     return forbidden("this service fetches no rasters; cordillera serve --source-allow says from where one may");
-  const bool known = address.starts_with("https://") || address.starts_with("http://") || address.starts_with("s3://");
+  const bool known = address.starts_with("https://") || address.starts_with("http://") || is_object(address);
   if (!known || is_crooked(address) || !has_prefix(settings, address))
     return forbidden("the operator does not allow fetching from " + without_query(address).substr(0, 300));
   return {};
@@ -166,7 +172,7 @@ proto::Result<void> check_address(const ServeSettings& settings, const std::stri
 proto::Result<std::string> led_to(const ServeSettings& settings, const std::string& address, const std::string& location) {
   std::string next = resolved(address, location);
   if (const auto allowed = check_address(settings, next); !allowed) return allowed.problem();
-  if (next.starts_with("s3://")) return unreachable(address, "it leads to what is neither http nor https");
+  if (is_object(next)) return unreachable(address, "it leads to what is neither http nor https");
   return next;
 }
 

@@ -204,8 +204,10 @@ proto::Result<Print> fetch_http(const ServeSettings& settings, std::string addre
   return unreachable(address, "it leads on and on");
 }
 
-proto::Result<Print> fetch_object(const std::string& address, Sink& sink) {
-  const std::string path = "/vsis3/" + address.substr(std::string("s3://").size());
+/// As GDAL reads it: where the storage signs no address, or what is signed is not answered, such as by a bucket of another
+/// region.
+proto::Result<Print> copy_object(const std::string& address, Sink& sink) {
+  const std::string path = object_path(address);
   const auto size = raster::size_of(path);
   if (!size) return unreachable(address, "there is no such object, or it may not be read");
   for (std::uint64_t at = 0; at < *size;) {
@@ -218,6 +220,17 @@ proto::Result<Print> fetch_object(const std::string& address, Sink& sink) {
   return Print();
 }
 
+proto::Result<Print> fetch_object(const ServeSettings& settings, const std::string& address, Sink& sink, WantedRaster wanted) {
+  if (const auto signed_one = http_address(address)) {
+    auto fetched = fetch_http(settings, *signed_one, sink, wanted);
+    if (fetched) return fetched;
+    if (sink.problem()) return *sink.problem();
+    if (sink.stopped()) return pipeline::kCancelled;
+    if (!sink.begin_anew()) return *sink.problem();
+  }
+  return copy_object(address, sink);
+}
+
 proto::Result<Print> fetch_into(const FetchBounds& bounds, limits::Space& space, const FetchOrder& order,
                                 const std::atomic<bool>& stop) {
   const auto& [address, file, wanted] = order;
@@ -228,7 +241,8 @@ proto::Result<Print> fetch_into(const FetchBounds& bounds, limits::Space& space,
   Print print;
   {
     Sink sink(bounds, space, address, part, stop);
-    auto fetched = address.starts_with("s3://") ? fetch_object(address, sink) : fetch_http(settings, address, sink, wanted);
+    auto fetched =
+        is_object(address) ? fetch_object(settings, address, sink, wanted) : fetch_http(settings, address, sink, wanted);
     if (fetched && sink.size() == 0) fetched = unreachable(address, "it is empty");
     if (fetched && !sink.synced())
       fetched = Problem{"storage-full", "the raster cannot be written to disk: " + std::string(strerror(errno)), "", ""};
@@ -271,14 +285,19 @@ Fetch fetcher(const ServeSettings& settings, limits::Space& space, std::chrono::
 Ask asker(const ServeSettings& settings) {
   return [settings](std::string address, const Print& before) {
     constexpr std::chrono::seconds kPatience{5};
+    const bool object = is_object(address);
     for (int redirects = 0; redirects <= kMostRedirects; ++redirects) {
       if (!check_address(settings, address)) return Still::gone;
-      if (address.starts_with("s3://")) return Still::unknown;
-      const Got got = http_get(address, [](std::string_view) { return false; }, {before.etag, kPatience});
+      if (object && before.etag.empty()) return Still::unknown;  // it was copied
+      const auto asked = http_address(address);
+      if (!asked) return Still::unknown;
+      const Got got = http_get(*asked, [](std::string_view) { return false; }, {before.etag, kPatience});
       if (got.status == 304) return Still::same;
       if (got.status == 200) return compared(print_of(got), before);
-      if (got.status == 401 || got.status == 403 || got.status == 404 || got.status == 410) return Still::gone;
-      if (got.status / 100 != 3 || got.location.empty()) return Still::unknown;
+      if (got.status == 404 || got.status == 410) return Still::gone;
+      // Of an object they may mean that the service's own key is not good any more.
+      if (got.status == 401 || got.status == 403) return object ? Still::unknown : Still::gone;
+      if (got.status / 100 != 3 || got.location.empty() || object) return Still::unknown;
       address = resolved(address, got.location);
     }
     return Still::unknown;

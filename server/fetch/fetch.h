@@ -28,8 +28,8 @@ struct Fetch {
 /// grace: how long a host may be waited for before its bytes have to come as fast as a client's (min-rate).
 Fetch fetcher(const ServeSettings& settings, limits::Space& space, std::chrono::milliseconds grace = std::chrono::seconds(10));
 
-/// gone: it is not to be had any more, or the operator does not allow it any more. unknown: no answer that says so; and of s3://,
-/// which is not asked.
+/// gone: it is not to be had any more, or the operator does not allow it any more. unknown: no answer that says so; and of
+/// an object of s3:// whose storage signs no addresses.
 enum class Still : std::uint8_t { same, changed, gone, unknown };
 /// Asks whether an address has what was fetched from it. Reads none of the raster. May take some seconds.
 using Ask = std::function<Still(const std::string& address, const Print& print)>;

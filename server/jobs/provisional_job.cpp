@@ -23,6 +23,8 @@ std::vector<std::int64_t> steps_of(const pipeline::BuildRequest& request, raster
   std::vector<std::int64_t> steps{kFirst, kSecond};
   const auto blocks = pipeline::samples_of_block_level(request, source);
   if (!blocks.ok() || *blocks <= kSecond || *blocks > kMostSamples) return steps;
+  const auto meets = pipeline::provisional_level(request, source, *blocks);
+  if (!meets.ok() || !*meets) return steps;
   for (std::int64_t step = kSecond * kGrowth; step < *blocks; step *= kGrowth) steps.push_back(step);
   steps.push_back(*blocks);
   return steps;

@@ -35,17 +35,14 @@ std::optional<raster::MosaicMember> known(const std::optional<proto::WorkPlan>& 
   return std::nullopt;
 }
 
-/// While a dataset has no version yet, and one raster.
-void first_look(const proto::Job& job, const proto::DatasetSource& source, const pipeline::ProgressCallback& progress,
-                const std::atomic<bool>& stop) {
-  pipeline::BuildRequest request;
-  request.raster_path = source.spec().path();
-  request.raster_name = source.spec().name();
-  request.trust = raster::Trust::posted_file;
-  request.id = job.id();
-  request.options = over(job.options(), source.spec().options());
-  const auto raster = raster::open_source(request.raster_path, request.raster_name, request.trust, request.options);
-  if (raster.ok()) make_provisional(request, **raster, ".", progress, stop);
+/// While a dataset has no version yet.
+void first_look(pipeline::BuildRequest request, const pipeline::ProgressCallback& progress, const std::atomic<bool>& stop) {
+  const auto source = pipeline::open_source(request);
+  if (!source.ok()) return;
+  const auto block_samples = work::first_block_samples(request, **source);
+  if (!block_samples.ok()) return;
+  request.block_samples = *block_samples;
+  make_provisional(request, **source, ".", progress, stop);
 }
 
 }  // namespace
@@ -78,13 +75,13 @@ proto::Result<proto::Manifest> build_target(const proto::Job& job, const fs::pat
     }
     order.request.members.push_back(std::move(*member));
   }
-  if (job.provisional() && !before && version.sources_size() == 1) first_look(job, version.sources(0), progress, stop);
   order.request.raster_name = job.name();
   order.request.trust = raster::Trust::posted_file;
   order.request.id = job.id();
   order.request.store_path = kNextStore;
   order.request.options = job.options();
   if (before) order.before = kStoreFile;
+  if (job.provisional() && !before) first_look(order.request, progress, stop);
   order.notes.push_back({kVersionNote, version.SerializeAsString()});
   Sharpener sharpener(".", Sharpener::Blocks::all);
   if (job.provisional() && !before) order.request.follower = &sharpener;

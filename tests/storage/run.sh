@@ -6,7 +6,7 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 build=$(cd "${1:?usage: tests/storage/run.sh BUILD}" && pwd)
 . "$here/../real_server.sh" 'The test of object storage'
 . "$here/storage.sh"
-need_node
+need_node gdal_translate
 need_storage "$here" "$build"
 start_storage "$work/storage"
 
@@ -97,4 +97,27 @@ start_server "$build" --mount bucket=/vsis3/terrain/dem.sqlite
 expect "$(curl -s -o /dev/null -w '%{http_code}' "$url/v1/datasets/bucket/manifest.json")" 503 'a dataset that is not there'
 "$program" publish /vsis3/terrain/plan-0.5 -o /vsis3/terrain/dem.sqlite -q
 come_to "$work/here-0.5" "$all 0 0" 'tiles, published after the start'
+
+echo '== a COG of the bucket: read by ranges, and asked for again'
+gdal_translate -q -of COG -outsize 6000 6000 -r cubic -co COMPRESS=DEFLATE "$sample" "$work/large.tif"
+curl -fsS -T "$work/large.tif" "$storage_url/large.tif" || fail 'the storage takes no large file'
+stop "$server_pid" || true
+start_server "$build" --source-allow s3://terrain/ --live-fresh 1
+live() { curl -fsSL --retry 20 --retry-all-errors --retry-delay 1 -G -o "$work/said" --data-urlencode url=s3://terrain/large.tif -d error=60 "$url/v1/live$1"; }
+live /tileset.json || fail "the COG of the bucket: $(cat "$work/said")"
+# What was sent of it so far, and how often its service asked whether it is the same.
+sent() { awk '$1 == "GET" && $3 == "/terrain/large.tif" { sum += $4 } END { print sum + 0 }' "$storage_log"; }
+answers() { grep -c "^GET $1 /terrain/large.tif" "$storage_log" || true; }
+(($(answers 206) > 0 && $(sent) * 2 < $(stat -c %s "$work/large.tif"))) || fail "it was read whole: $(sent) bytes, $(answers 206) parts"
+end=$((SECONDS + 240))
+until live /manifest.json && (($(answers 304) > 0)); do ((SECONDS < end)) || fail 'it was not asked for again'; sleep 0.5; done
+mkdir "$work/other"
+gdal_translate -q -of COG -outsize 6000 6000 -r cubic -projwin -71.56 44.31 -71.16 44.09 -co COMPRESS=DEFLATE "$sample" "$work/other/large.tif"
+curl -fsS -T "$work/other/large.tif" "$storage_url/large.tif" || fail 'the storage takes no other file'
+before=$(python3 -c 'import json, sys; print(json.load(sys.stdin)["bounds"])' <"$work/said")
+until live /manifest.json && [[ $(python3 -c 'import json, sys; print(json.load(sys.stdin)["bounds"])' <"$work/said") != "$before" ]]; do
+  ((SECONDS < end)) || fail 'another object was not found'
+  sleep 0.5
+done
+
 echo "object storage: $all tiles, $(grep -c ^GET "$storage_log") reads"

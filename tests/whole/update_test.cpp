@@ -3,9 +3,12 @@
 #include <gmock/gmock.h>
 
 #include <atomic>
+#include <cmath>
 #include <filesystem>
 
+#include "pipeline/build/provisional.h"
 #include "pipeline/check/check.h"
+#include "pipeline/faces/terrain.h"
 #include "pipeline/store/sqlite.h"
 #include "pipeline/store/store_revise.h"
 #include "pipeline/work/publish.h"
@@ -194,6 +197,45 @@ TEST_F(Update, a_version_that_is_none_to_build_on_is_left_alone) {
   EXPECT_FALSE(work::plan_in(folder_.path("plain.sqlite")));
   make("2.sqlite", {"base.tif"}, "plain.sqlite");
   EXPECT_GE(built_, 9) << "it has no meshes: everything is built";
+}
+
+/// Coarse levels of all of them, before there is a first version.
+TEST_F(Update, several_rasters_have_provisional_tiles) {
+  write_patch("over.tif", 530, -400, 200, 75);
+  const pipeline::BuildRequest request = request_of({"over.tif", "base.tif", "beside.tif"});
+  const auto source = pipeline::open_source(request);
+  ASSERT_TRUE(source.ok()) << source.problem().line();
+  auto small = pipeline::provisional_request(request, **source, 300'000);
+  ASSERT_TRUE(small.ok()) << small.problem().line();
+  ASSERT_TRUE(*small);
+  (*small)->store_path = folder_.path("provisional");
+  const auto built = pipeline::build(**small, nullptr, stop_);
+  ASSERT_TRUE(built.ok()) << built.problem().line();
+  make("1.sqlite", {"over.tif", "base.tif", "beside.tif"});
+  const auto terrain = [&](const std::string& name) {
+    return pipeline::faces::Terrain(std::move(pipeline::StoreReader::open(folder_.path(name))).value());
+  };
+  const pipeline::faces::Terrain now = terrain("provisional"), final = terrain("1.sqlite");
+  EXPECT_TRUE(now.manifest().provisional());
+  EXPECT_FALSE(final.manifest().provisional());
+  // The same heights but for what few samples do not show. The two rasters of one place are some hundred metres apart.
+  const proto::Lattice lattice{kLevel};
+  const auto off_m = [&](std::int64_t east, std::int64_t north, int side) {
+    double sum_m = 0;
+    int places = 0;
+    for (int k = side / 4; k < side * 3 / 4; k += side / 16, ++places) {
+      const double longitude = static_cast<double>(4096 * kTile + east + k) * lattice.cell_deg() - 180 + 1e-7;
+      const double latitude = static_cast<double>(3000 * kTile + north - k) * lattice.cell_deg() - 90 + 1e-7;
+      const auto a = now.height_m(static_cast<int>(built->max_level()), longitude, latitude);
+      const auto b = final.height_m(kLevel, longitude, latitude);
+      EXPECT_TRUE(a && b) << longitude << " " << latitude;
+      if (a && b) sum_m += std::abs(*a - *b);
+    }
+    return sum_m / places;
+  };
+  EXPECT_LT(off_m(530, -400, 200), 100) << "of the first, which wins";
+  EXPECT_LT(off_m(20, 20, 500), 100) << "of the base";
+  EXPECT_LT(off_m(1600, 700, 200), 100) << "of what lies beside it";
 }
 
 }  // namespace
