@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """From a look at a block to its final tiles, of a dataset with build=lazy.
 
-    tests/bench/live/lazy.py BUILD RASTER [--looks 4] [--options error=5] [--wait 10] [--finest] [--view 8x5]
+    tests/bench/live/lazy.py BUILD RASTER [--looks 4] [--options error=5] [--wait 10] [--finest] [--view 8x5] [--pause 5]
 
 The raster is posted to a server of its own. Its provisional tiles stand when the manifest names finished blocks, none as yet. Then, at places spread over
 the data, one after the other: a tile of the blocks' level is asked for, and the seconds count until the manifest names its block. --wait: one request that
 prefers to wait for the final tile, and the seconds until its answer; --finest: for a tile of the finest level, and their median at the end. --view, with --wait:
-for so many tiles across and up around the place, all at once, as a map of that size asks. Then build=full makes the rest. Prints a line for each.
+for so many tiles across and up around the place, all at once, as a map of that size asks. --pause: so many seconds before each, in which the
+job that makes blocks may end. Then build=full makes the rest. Prints a line for each.
 """
 import argparse
 import concurrent.futures
@@ -67,6 +68,7 @@ def main():
     parser.add_argument("--wait", type=int, default=0, help="seconds; the service has a limit, max_wait")
     parser.add_argument("--finest", action="store_true")
     parser.add_argument("--view", default="", help="tiles across and up, such as 8x5")
+    parser.add_argument("--pause", type=float, default=0, help="seconds before each look")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         server = Server(os.path.join(given.build, "bin", "cordillera"), folder)
@@ -82,6 +84,7 @@ def main():
         level, waited = known["max_level"] if given.finest else known["done_blocks"]["level"], []
         for k in range(given.looks):
             block = tile_at(known, level, (0.5 + k * SPREAD) % 1, (0.5 + k * SPREAD * SPREAD) % 1)
+            time.sleep(given.pause)
             looked = time.monotonic()
             if given.view:
                 tiles = view_of(block, *map(int, given.view.split("x")))
