@@ -1,5 +1,5 @@
 # For which GPUs kernels are compiled, where CMAKE_CUDA_ARCHITECTURES does not say it: each takes as long again.
-set(CORDILLERA_CUDA_DEVICES "here" CACHE STRING "here: those of this machine, others by their driver; all: any, for packages")
+set(CORDILLERA_CUDA_DEVICES "here" CACHE STRING "here: those of this machine, or the most common ones where it has none, others by their driver; all: any, for packages")
 set_property(CACHE CORDILLERA_CUDA_DEVICES PROPERTY STRINGS here all)
 
 # The compute capabilities of this machine's GPUs that nvcc knows, as machine code, in FOUND.
@@ -37,8 +37,13 @@ function(cordillera_cuda_architectures architectures)
       cordillera_gpus_here(found)
       set(CORDILLERA_GPUS_HERE "${found}" CACHE INTERNAL "compute capabilities of the GPUs here")
     endif()
-    # PTX of the oldest: any other GPU's driver makes machine code of it.
-    set(${architectures} ${CORDILLERA_GPUS_HERE} 75-virtual PARENT_SCOPE)
+    # PTX of the oldest: any other GPU's driver makes machine code of it, which takes eleven seconds (H100), of every job again. Where there is no GPU
+    # the program is for another machine: code of data centres' and of consumers' GPUs since 2020 (80 runs on 86 and 89, too).
+    set(known ${CORDILLERA_GPUS_HERE})
+    if(NOT known)
+      set(known 80-real 90-real)
+    endif()
+    set(${architectures} ${known} 75-virtual PARENT_SCOPE)
   else()
     message(FATAL_ERROR "Cordillera: CORDILLERA_CUDA_DEVICES is '${CORDILLERA_CUDA_DEVICES}'; here or all is wanted")
   endif()

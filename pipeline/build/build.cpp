@@ -80,8 +80,10 @@ std::vector<proto::TileAddress> unfinished(const Site& site, std::vector<proto::
 const proto::Problem kPaused{"paused", "blocks are made when somebody looks at them", "", ""};
 const proto::Problem kTurnIsOver{"paused", "other builds have their turn", "", "turn"};
 
-// A lazy build's process ends when nobody has looked at another block for so long, and after its turn: others wait for theirs.
-constexpr auto kLinger = std::chrono::seconds(2), kTurn = std::chrono::seconds(20);
+// A lazy build's process ends when nobody has looked at another block for so long, and after its turn. Who looks later waits for
+// another process and for its device, several times as long as for a block: it ends early only where other builds wait.
+constexpr auto kLinger = std::chrono::seconds(15), kLingerBeforeOthers = std::chrono::seconds(2);
+constexpr auto kTurn = std::chrono::seconds(60), kTurnBeforeOthers = std::chrono::seconds(20);
 constexpr auto kBetweenLooks = std::chrono::milliseconds(5);
 
 using MakeBlock = std::function<proto::Result<FinishedTask>(const proto::TileAddress&)>;
@@ -100,7 +102,8 @@ proto::Result<void> build_looked_at(const Site& site, const std::vector<proto::T
   RunningTasks running([&](std::size_t k) { return make(blocks[k]); });
   for (;;) {
     if (site.stop) return kCancelled;
-    const bool is_over = made && Clock::now() - began > kTurn;
+    const bool others_wait = follower.others_wait();
+    const bool is_over = made && Clock::now() - began > (others_wait ? kTurnBeforeOthers : kTurn);
     if (is_over && running.count() == 0) return kTurnIsOver;
     // Looks come one after the other, as a map draws: who looks later does not wait for what was begun before.
     std::vector<std::size_t> wanted = order.looked_at(is_over ? 0 : at_once - running.count());
@@ -110,7 +113,8 @@ proto::Result<void> build_looked_at(const Site& site, const std::vector<proto::T
       // Those of which nothing can be seen are no reason to wait.
       if (wanted.empty() && left == 0) wanted = order.those([](const proto::TileAddress&) { return true; }, at_once);
       if (wanted.empty() && left == 0) return {};
-      if (wanted.empty() && (!made || Clock::now() - *made > kLinger)) return kPaused;
+      const auto linger = !others_wait ? kLinger : made ? kLingerBeforeOthers : std::chrono::seconds(0);
+      if (wanted.empty() && Clock::now() - made.value_or(began) > linger) return kPaused;
       if (wanted.empty()) {
         std::this_thread::sleep_for(kBetweenLooks);
         continue;

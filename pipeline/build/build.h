@@ -25,6 +25,8 @@ class BlockFollower {
   virtual std::vector<proto::TileAddress> looked_at() = 0;
   /// Whether blocks are made only under tiles that are looked at. After begin().
   virtual bool lazy() const { return false; }
+  /// Whether other builds wait for this one's end. After begin().
+  virtual bool others_wait() { return false; }
   /// Whether this block's tiles are shown: a process before this one may have made it. After begin().
   virtual bool shows(const proto::TileAddress& block) = 0;
   /// Whether something of this block can be looked at before it is made. After begin().

@@ -67,6 +67,7 @@ void JobQueue::fetch_anew(const std::string& id) {
 
 bool JobQueue::while_idle(const std::string& id, const std::function<void()>& work) {
   const auto flag = begin(id, Work::apart);
+  if (!flag) ask_to_end(id);
   if (!flag || turns_.place(id)) return false;
   work();
   looked_at_.forget(id);

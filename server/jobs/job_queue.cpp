@@ -3,6 +3,7 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
+#include <fstream>
 
 #include "pipeline/store/mesh_files.h"
 #include "server/datasets/dataset_folder.h"
@@ -114,6 +115,7 @@ void JobQueue::enqueue(Turn added) {
 
 void JobQueue::serve_next() {
   ++unfinished_;
+  tell_who_waits();
   boost::asio::post(pool_, [this, over = std::shared_ptr<void>(nullptr, [this](void*) { --unfinished_; })] {
     const auto turn = turns_.next();
     if (!turn) return;
@@ -124,6 +126,20 @@ void JobQueue::serve_next() {
       retry_later(*turn);
     }
   });
+}
+
+void JobQueue::tell_who_waits() {
+  if (unfinished_ <= concurrency_) return;
+  const std::lock_guard lock(mutex_);
+  for (const auto& [id, job] : running_) {
+    if (job.lazy) std::ofstream(layout_.dataset(id) / kOthersWaitFile);
+  }
+}
+
+void JobQueue::ask_to_end(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  const auto running = running_.find(id);
+  if (running != running_.end() && running->second.lazy) std::ofstream(layout_.dataset(id) / kOthersWaitFile);
 }
 
 void JobQueue::retry_later(Turn turn) {

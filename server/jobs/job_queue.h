@@ -105,6 +105,7 @@ class JobQueue {
   struct Running {
     std::atomic<bool>* stop = nullptr;
     Work work = Work::build;
+    bool lazy = false;       ///< it may only wait for looks
     bool looked_at = false;  ///< a tile whose block is not done, since it began
     bool pauses = false;     ///< it will not be told of others
   };
@@ -118,7 +119,9 @@ class JobQueue {
   enum class Next { done, again };  ///< again: the dataset has more to do, at the end of the queue
   void enqueue(Turn turn);
   void serve_next();
-  void retry_later(Turn turn);  ///< one attempt more
+  void tell_who_waits();                   ///< to jobs that may only wait for looks
+  void ask_to_end(const std::string& id);  ///< the same of one
+  void retry_later(Turn turn);             ///< one attempt more
   static std::chrono::seconds wait_before(int attempt);
   Next run(const Turn& turn);
   void tell_fetching(const std::string& id);

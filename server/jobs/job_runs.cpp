@@ -108,6 +108,15 @@ JobQueue::Outcome JobQueue::run_job(const std::filesystem::path& folder, proto::
   progress.raster = around.raster;
   limit(job, folder);
   if (!write_job(folder, job)) return cannot_write(folder);
+  if (job.lazy()) {
+    std::error_code error;
+    std::filesystem::remove(folder / kOthersWaitFile, error);
+    {
+      const std::lock_guard lock(mutex_);
+      if (const auto running = running_.find(id); running != running_.end()) running->second.lazy = true;
+    }
+    tell_who_waits();
+  }
   auto outcome = runner_(folder, progress, stop);
   if (!outcome && outcome.problem().type == "job-crashed" && !stop) {
     // Once: the machine may have run out of memory, or somebody ended it. What was committed stays, and the job goes on there.

@@ -74,6 +74,11 @@ void Sharpener::begin(const proto::Plan& plan, std::function<void()> shown) {
 
 std::vector<proto::TileAddress> Sharpener::looked_at() { return read_looked_at(folder_); }
 
+bool Sharpener::others_wait() {
+  std::error_code error;
+  return fs::exists(folder_ / kOthersWaitFile, error);
+}
+
 bool Sharpener::shows(const proto::TileAddress& block) {
   const std::lock_guard lock(mutex_);
   return shown_blocks_.contains(block);

@@ -26,6 +26,7 @@ class Sharpener final : public pipeline::BlockFollower {
   void begin(const proto::Plan& plan, std::function<void()> shown) override;
   std::vector<proto::TileAddress> looked_at() override;
   /// Where blocks cannot be shown one by one, all are made.
+  bool others_wait() override;
   bool lazy() const override { return blocks_ == Blocks::looked_at && can_show_; }
   bool shows(const proto::TileAddress& block) override;
   bool has_tiles(const proto::TileAddress& block) override { return with_tiles_.empty() || with_tiles_.contains(block); }

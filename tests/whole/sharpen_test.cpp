@@ -54,6 +54,8 @@ struct Blocks : pipeline::BlockFollower {
 /// Wants blocks only where it looks.
 struct Lazy final : Blocks {
   bool lazy() const override { return true; }
+  bool others_wait() override { return ++asked > alone_for; }
+  int asked = 0, alone_for = 0;
 };
 
 class Sharpen : public testing::Test {
@@ -293,6 +295,10 @@ TEST_F(Sharpen, a_lazy_build_makes_the_blocks_that_are_looked_at) {
   Lazy nobody;
   EXPECT_EQ(build(nobody), "paused");
   EXPECT_TRUE(nobody.done.empty());
+  Lazy alone;  // the next look may come soon
+  alone.alone_for = 20;
+  EXPECT_EQ(build(alone), "paused");
+  EXPECT_EQ(alone.asked, 21) << "it waits for looks until another build waits for its end";
   Lazy first;
   first.looked = {pipeline::address_of(all[2].tiles.back().record)};
   EXPECT_EQ(build(first), "paused");
