@@ -17,7 +17,7 @@ archive=$(echo "$build"/packages/*.tar.gz)
 
 # vfs and cgroupfs ask nothing of the kernel and of systemd.
 podman=(podman --root "$work/images" --runroot "$work/run" --tmpdir "$work/tmp" --storage-driver vfs --cgroup-manager cgroupfs --events-backend file --log-level fatal)
-name=docker.io/library/debian:12-slim
+name=debian:12-slim
 if [[ -n $base ]]; then
   from="the Debian of $base"
 elif "${podman[@]}" pull --quiet $name >"$work/pull.log" 2>&1; then
