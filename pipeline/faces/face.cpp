@@ -1,5 +1,6 @@
 #include "pipeline/faces/face.h"
 
+#include "pipeline/faces/path_pattern.h"
 #include "proto/numbers.h"
 
 namespace cordillera::pipeline::faces {
@@ -11,38 +12,19 @@ std::optional<std::int32_t> number(std::string_view text) {
   return proto::number<std::int32_t>(text);
 }
 
-/// Takes what a brace stands for, up to the pattern's next letter, from the front of path.
-bool take(std::string_view name, char next, std::string_view* path, Place* place) {
-  const std::string_view value = path->substr(0, next == 0 ? path->size() : path->find(next));
-  path->remove_prefix(value.size());
-  if (name == "root") {
-    if (value != "W" && value != "E") return false;
-    place->root = value[0];
-    return true;
-  }
-  const auto found = number(value);
-  if (!found) return false;
-  (name == "z" ? place->z : name == "x" ? place->x : place->y) = *found;
-  return true;
-}
-
 std::optional<Place> match(const Resource& resource, std::string_view path) {
   Place place;
-  std::string_view pattern = resource.path;
-  while (!pattern.empty()) {
-    if (pattern[0] != '{') {
-      if (path.empty() || path[0] != pattern[0]) return std::nullopt;
-      pattern.remove_prefix(1);
-      path.remove_prefix(1);
-      continue;
+  const bool found = matches(resource.path, path, [&place](std::string_view name, std::string_view value) {
+    if (name == "root") {
+      if (value != "W" && value != "E") return false;
+      place.root = value[0];
+      return true;
     }
-    const std::size_t end = pattern.find('}');
-    const std::string_view name = pattern.substr(1, end - 1);
-    pattern.remove_prefix(end + 1);
-    if (!take(name, pattern.empty() ? '\0' : pattern[0], &path, &place)) return std::nullopt;
-  }
-  if (!path.empty()) return std::nullopt;
-  return place;
+    const auto counted = number(value);
+    if (counted) (name == "z" ? place.z : name == "x" ? place.x : place.y) = *counted;
+    return counted.has_value();
+  });
+  return found ? std::optional(place) : std::nullopt;
 }
 
 }  // namespace

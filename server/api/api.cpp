@@ -1,21 +1,12 @@
 #include "server/api/api.h"
 
 #include <chrono>
-#include <cstdlib>
 
-#include "pipeline/store/sqlite.h"
-#include "server/api/api_stac.h"
-#include "server/api/api_updates.h"
-#include "server/api/dataset_list.h"
-#include "server/api/documents/browser_pages.h"
-#include "server/api/documents/openapi.h"
-#include "server/api/documents/web.h"
-#include "server/api/requests/delivery.h"
+#include "pipeline/faces/draco_tiles.h"
 #include "server/api/requests/typed_by_hand.h"
 #include "server/http/gzip.h"
 #include "server/http/request_id.h"
 #include "server/log/log.h"
-#include "server/uploads/tus.h"
 
 namespace cordillera::server {
 namespace {
@@ -37,14 +28,14 @@ void add_cors(Response& response) {
 
 enum class Foreign : std::uint8_t { reads, writes };
 
-Response preflight(Endpoint endpoint, Foreign pages) {
+Response preflight(const Route& route, Foreign pages) {
   Response response;
   response.status = 204;
-  response.set("Allow", allowed_methods(endpoint));
+  response.set("Allow", allowed_methods(route));
   // A POST of places reads as a GET does; only its body is longer than an address may be.
-  const bool asked_by_post = endpoint == Endpoint::elevation;
+  const bool asked_by_post = only_reads("POST", route);
   const bool all = pages == Foreign::writes || asked_by_post;
-  response.set("Access-Control-Allow-Methods", all ? allowed_methods(endpoint) : "GET, HEAD, OPTIONS");
+  response.set("Access-Control-Allow-Methods", all ? allowed_methods(route) : "GET, HEAD, OPTIONS");
   std::string headers = kReadingHeaders;
   if (pages == Foreign::writes)
     headers.append(", ").append(kWritingHeaders);
@@ -55,64 +46,28 @@ Response preflight(Endpoint endpoint, Foreign pages) {
   return response;
 }
 
-Response method_not_allowed(const Request& request, Endpoint endpoint) {
+Response method_not_allowed(const Request& request, const Route& route) {
   // A raster sent to where nothing takes one: who does not know the address is told it.
-  const bool sent =
-      (request.method == "POST" || request.method == "PUT") && (endpoint == Endpoint::page || endpoint == Endpoint::index);
+  const bool sent = (request.method == "POST" || request.method == "PUT") && route.is(RouteRow::kTried);
   auto response = problem_response({"method-not-allowed", request.method.substr(0, 20) + " is not possible here",
-                                    allowed_methods(endpoint) + (sent ? "; rasters go to POST /v1/datasets" : ""), ""});
-  response.set("Allow", allowed_methods(endpoint));
+                                    allowed_methods(route) + (sent ? "; rasters go to POST /v1/datasets" : ""), ""});
+  response.set("Allow", allowed_methods(route));
   return response;
 }
 
-bool allowed(const std::string& method, Endpoint endpoint) {
-  return (", " + allowed_methods(endpoint) + ",").find(", " + method + ",") != std::string::npos;
-}
-
-/// Of what is there now; who looks at a dataset's state does not read it.
-bool reads_terrain(const Route& route) {
-  const Endpoint what = route.endpoint;
-  return route.version.empty() && (what == Endpoint::face || what == Endpoint::manifest || what == Endpoint::elevation ||
-                                   what == Endpoint::mesh || what == Endpoint::archive);
-}
-
-/// Every path that a dataset has, for the answer to a misspelt one.
-std::string face_paths() {
-  std::string paths;
-  for (const pipeline::faces::Face* face : pipeline::faces::all_faces()) {
-    for (const pipeline::faces::Resource& resource : face->resources) paths.append(", ").append(resource.path);
+/// Every path of the API, for the answer to a misspelt one.
+std::string known_paths() {
+  std::string whole, below;
+  for (const RouteRow& row : route_table()) {
+    if (!row.path.starts_with("/v1") || row.path.ends_with(kOfFaces)) continue;
+    const bool of_dataset = row.path.starts_with(kOneDataset) && row.path.substr(kOneDataset.size()).starts_with('/');
+    std::string& list = of_dataset ? below : whole;
+    list.append(list.empty() ? "" : ", ").append(row.path.substr(of_dataset ? kOneDataset.size() + 1 : 0));
   }
-  return paths;
-}
-
-/// The newest, for the page that stands in the viewer's place.
-std::vector<Row> newest(Service& service, const Request& request) { return page_of(service, request, {}).rows; }
-
-/// Of answers that are hardly ever asked for twice. Nothing of a dataset stays in the front when the dataset has gone.
-std::shared_ptr<const std::string> made_anew(const std::string&, const std::function<std::string()>& make) {
-  return std::make_shared<const std::string>(make());
-}
-
-/// Room for all of it must be there now: a client that is told "no" after 40 GB has wasted a day.
-Response begin_upload(Service& service, const Request& request, const uploads::Bounds& bounds) {
-  const std::string announced = request.header("upload-length").value_or("");
-  const std::string full =
-      announced.size() < 19 ? service.admission().space().full(std::strtoull(announced.c_str(), nullptr, 10)) : "";
-  if (!full.empty()) return problem_response(limits::storage_full(full));
-  return uploads::begin(service.uploads(), request, bounds);
-}
-
-/// A part takes a thread and the disk's time, as a whole raster does, so it needs a place too.
-Response upload_in_parts(Service& service, const Request& request, const std::string& id) {
-  if (request.method != "PATCH") return uploads::at(service.uploads(), id, request);
-  const std::string announced = request.header("content-length").value_or("");
-  const std::uint64_t bytes = announced.size() < 19 ? std::strtoull(announced.c_str(), nullptr, 10) : 0;
-  const auto place = service.admission().enter(sender(request), bytes, limits::Entry::part);
-  if (!place) return problem_response(place.problem());
-  std::string full;
-  const auto claim = service.admission().space().claim(bytes, &full);
-  Response response = claim ? uploads::at(service.uploads(), id, watched(request, *claim, &full)) : Response();
-  return full.empty() ? response : problem_response(limits::storage_full(full));
+  for (const pipeline::faces::Face* face : pipeline::faces::all_faces()) {
+    for (const pipeline::faces::Resource& resource : face->resources) below.append(", ").append(resource.path);
+  }
+  return whole + " and, below the dataset, " + below;
 }
 
 }  // namespace
@@ -168,15 +123,20 @@ struct Api::Asked {
 };
 
 Response Api::handle(Request request) {
+  Route route = route_meant(request);
+  return handle(std::move(request), std::move(route));
+}
+
+Response Api::handle(Request request, Route route) {
   const auto asked = std::make_shared<Asked>();
   asked->request = std::move(request);
   service_.metrics().in_flight.add(1);
   asked->in_flight = {this, [](void* api) { static_cast<Api*>(api)->service_.metrics().in_flight.add(-1); }};
   asked->request.id = request_id_of(asked->request);
-  asked->route = route_meant(asked->request);
+  asked->route = std::move(route);
   const LogScope scope("request", asked->request.id);
   if (auto& read = asked->request.read_body) {
-    const bool keeps = asked->route.endpoint == Endpoint::elevation && asked->request.headers.contains("prefer");
+    const bool keeps = only_reads(asked->request.method, asked->route) && asked->request.headers.contains("prefer");
     read = [counted = std::move(read), to = asked.get(), keeps](const Request::Sink& sink) {
       return counted([&](std::string_view piece) {
         to->received += piece.size();
@@ -192,9 +152,7 @@ std::optional<proto::Problem> Api::admit(Request& request, const Route& route) {
   const auto identity = service_.gate().identify(request);
   if (!identity) return identity.problem();
   request.who = *identity;
-  const bool open = request.method == "OPTIONS" || only_reads(request.method, route.endpoint);
-  const bool inner = route.endpoint == Endpoint::metrics && service_.gate().has_tokens();
-  return service_.gate().refuse(request, !open ? access::Role::write : inner ? access::Role::read : access::Role::none);
+  return service_.gate().refuse(request, role_needed(request.method, route));
 }
 
 Response Api::answer(Request& request, const Route& route) {
@@ -225,7 +183,7 @@ Response Api::finished(const std::shared_ptr<Asked>& asked, Response response) {
   }
   if (response.anew) return asked_anew(asked, std::move(response));
   const Route& route = asked->route;
-  if (route.endpoint == Endpoint::face && route.found.resource->links == pipeline::faces::Links::tile_templates)
+  if (route.found.resource != nullptr && route.found.resource->links == pipeline::faces::Links::tile_templates)
     make_absolute(asked->request, response);
   mark_variants(response);
   response = if_changed(asked->request, std::move(response));
@@ -257,101 +215,28 @@ void Api::given_again(const Request& request, const metrics::KeptCounts& counts,
   counts.seconds.observe(0);  // a microsecond or so: not worth two looks at the clock
 }
 
-bool Api::is_quick(const Request& request) const {
+bool Api::is_quick(const Request& request, const Route& route) const {
   if (request.method == "OPTIONS") return true;
   if (request.method != "GET" && request.method != "HEAD") return false;
-  const Route route = parse_route(request.path);
-  const bool here = !service_.mounts().has(route.id);  // who waits for a storage is not quick
   // A .glb is made when it is asked for; those asked for lately are kept and given before anybody asks here.
-  const bool stored = route.endpoint == Endpoint::face && route.found.resource->path == "tiles/{z}/{x}/{y}.drc" && here;
-  return stored || route.endpoint == Endpoint::health || route.endpoint == Endpoint::readiness ||
-         route.endpoint == Endpoint::events;
+  const bool stored = route.found.resource == pipeline::faces::draco_tiles().resources.data();
+  // Who waits for a storage is not quick.
+  return stored ? !service_.mounts().has(route.id) : route.is(RouteRow::kQuick);
 }
 
 Response Api::dispatch(const Request& request, const Route& route) {
-  const uploads::Bounds bounds{std::uint64_t{service_.settings().serve.limits.body_mib} << 20, sender(request)};
   if (request.method == "OPTIONS") {
-    Response response = preflight(route.endpoint, service_.gate().has_tokens() ? Foreign::writes : Foreign::reads);
-    if (route.endpoint == Endpoint::uploads || route.endpoint == Endpoint::upload) uploads::announce(response, bounds);
+    Response response = preflight(route, service_.gate().has_tokens() ? Foreign::writes : Foreign::reads);
+    if (route.is(RouteRow::kTus)) uploads::announce(response, upload_bounds(service_, request));
     return response;
   }
-  if (route.endpoint == Endpoint::none || route.endpoint == Endpoint::page) {
-    if (auto moved = without_slash(request, [](const std::string& path) { return browser_page(path).has_value(); }))
-      return *moved;
+  if (route.row == nullptr || route.is(RouteRow::kElsewhere)) {
+    if (auto moved = without_slash(request)) return *moved;
   }
-  if (route.endpoint == Endpoint::none) {
-    return problem_response({"not-found", "there is nothing at " + request.path.substr(0, 200),
-                             "/v1/live, /v1/datasets, /v1/datasets/{id}, /v1/datasets/{id}.pmtiles and, below the dataset, "
-                             "events, sources, versions, manifest.json, "
-                             "elevation, demo/{client}.html, mesh.glb (.ply, .obj, .stl)" +
-                                 face_paths(),
-                             ""});
-  }
-  if (!allowed(request.method, route.endpoint)) return method_not_allowed(request, route.endpoint);
-  switch (route.endpoint) {
-    case Endpoint::index: return index(request);
-    case Endpoint::health: return alive();
-    case Endpoint::readiness: return readiness(service_);
-    case Endpoint::metrics: return metrics_text(service_);
-    case Endpoint::limits: return limits_in_effect(service_);
-    case Endpoint::description: return api_description();
-    case Endpoint::stac: return stac::answer(service_, request, route);
-    case Endpoint::page:
-      if (auto small = browser_page(request.path)) return *small;
-      return page(service_.web_files(), service_.settings().serve.web, request, [&] { return newest(service_, request); });
-    case Endpoint::demo: return demo_page(service_.web_files(), service_.settings().serve.web, route.path);
-    case Endpoint::live: {
-      const Live live = live_dataset(service_, request, route);
-      return live.answer ? *live.answer : of_dataset(live.request, live.route);
-    }
-    case Endpoint::uploads: return begin_upload(service_, request, bounds);
-    case Endpoint::upload: return upload_in_parts(service_, request, route.id);
-    case Endpoint::datasets:
-      return request.method == "POST" || request.method == "PUT" ? post_dataset(service_, request)
-                                                                 : dataset_list(service_, request);
-    default: return of_dataset(request, route);
-  }
-}
-
-Response Api::of_dataset(const Request& request, const Route& route) {
-  const std::uint64_t state = this->state();  // before anything is looked at
-  const Row dataset = service_.find(route.id);
-  // One answer for both, and one way to it: else anybody could find out which private ids there are.
-  if (!dataset || !may_see(request, *dataset)) return problem_response(unknown_to(request, route.id));
-  if (route.endpoint == Endpoint::dataset && request.method == "DELETE") return remove_dataset(service_, request, *dataset);
-  if (route.endpoint == Endpoint::dataset && request.method == "PATCH") return describe_dataset(service_, request, *dataset);
-  if (route.endpoint == Endpoint::dataset) return status_document(service_, request, *dataset);
-  if (reads_terrain(route) && !request.waited && service_.live().read(*dataset, sender(request))) {
-    const Row now = service_.find(route.id);  // it may have been woken
-    if (auto later = now ? wait_until_read(service_, request, *now, route) : std::nullopt) return *later;
-  }
-  const auto read = [&]() -> Response {
-    if (route.endpoint == Endpoint::rollback) return updates::rollback(service_, request, *dataset);
-    if (route.endpoint == Endpoint::events) return event_stream(service_, request, *dataset);
-    if (route.endpoint == Endpoint::elevation) return elevation(service_, *dataset, request, route);
-    if (route.endpoint == Endpoint::sources || route.endpoint == Endpoint::source)
-      return updates::sources(service_, request, *dataset, route);
-    if (route.endpoint == Endpoint::versions) return updates::versions(service_, *dataset);
-    if (route.endpoint == Endpoint::mesh) return extracted_mesh(service_, *dataset, request, route);
-    if (route.endpoint == Endpoint::archive) return archive(service_, request, *dataset, route);
-    const std::string folder = service_.mounts().has(dataset->id) ? service_.mounts().folder(dataset->id) : "";
-    return folder.empty() ? published(service_, *dataset, request, route) : published_folder(service_, *dataset, route, folder);
-  };
-  Response response;
-  try {
-    response = service_.mounts().has(dataset->id) ? of_mount(service_.mounts(), dataset->id, read) : read();
-  } catch (const pipeline::StoreError& error) {
-    response = problem_response(service_.library().damaged(dataset->id, error.what()));
-  }
-  if (dataset->is_private) keep_from_others(response);
-  if (!response.keep) response.keep = made_anew;
-  const bool plain = dataset->state == State::ready && dataset->address.empty() && !dataset->is_private &&
-                     !service_.mounts().has(dataset->id) && route.version.empty() && !logs_debug();
-  if (plain && route.endpoint == Endpoint::face && route.found.resource->tag != nullptr && response.shared) {
-    response.same_while = state;
-    response.counts = std::make_shared<const metrics::KeptCounts>(service_.metrics().kept_counts(route_name(route)));
-  }
-  return response;
+  if (route.row == nullptr)
+    return problem_response({"not-found", "there is nothing at " + request.path.substr(0, 200), known_paths(), ""});
+  const RouteMethod* method = route.row->method(request.method);
+  return method == nullptr ? method_not_allowed(request, route) : method->handler(service_, request, route);
 }
 
 }  // namespace cordillera::server

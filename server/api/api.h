@@ -11,6 +11,7 @@
 #include "server/http/json.h"
 #include "server/http/message.h"
 #include "server/service/service.h"
+#include "server/uploads/tus.h"
 
 namespace cordillera::server {
 
@@ -18,12 +19,11 @@ class Api {
  public:
   explicit Api(Service& service) : service_(service) {}
 
-  /// client is the peer's address; id and who are found out here.
+  /// route: the request's, as route_meant has it. client is the peer's address; id and who are found out here.
+  Response handle(Request request, Route route);
   Response handle(Request request);
   /// Whether handle() only looks something up: microseconds, and never waits.
-  bool is_quick(const Request& request) const;
-  /// Whether handle() may make megabytes for this client alone.
-  bool makes_much(const Request& request) const { return parse_route(request.path).endpoint == Endpoint::mesh; }
+  bool is_quick(const Request& request, const Route& route) const;
   /// Another after every change of what datasets serve.
   std::uint64_t state() const { return service_.library().changes(); }
   /// An answer that says same_while is given to this request too, by whoever kept it: names and counts it. State and path were
@@ -40,7 +40,6 @@ class Api {
   Response finished(const std::shared_ptr<Asked>& asked, Response response);
   Response asked_anew(const std::shared_ptr<Asked>& asked, Response response);
   Response dispatch(const Request& request, const Route& route);
-  Response of_dataset(const Request& request, const Route& route);
 
   Service& service_;
 };
@@ -55,8 +54,6 @@ struct Exchange {
   double seconds = 0;
 };
 void finish(Service& service, const Exchange& exchange, Response& response);
-/// Whether the method only reads this resource.
-bool only_reads(const std::string& method, Endpoint endpoint);
 /// Whether the request may know of the dataset: a private one is nobody's but its owner's and an admin's.
 bool may_see(const Request& request, const Dataset& dataset);
 
@@ -69,6 +66,7 @@ Response limits_in_effect(Service& service);
 
 /// The client to which an upload is counted: its token, or its address.
 std::string sender(const Request& request);
+uploads::Bounds upload_bounds(Service& service, const Request& request);
 /// POST /v1/datasets. id: what the dataset is to be called, which none is yet; empty: a name that nobody can guess.
 Response post_dataset(Service& service, const Request& request, const std::string& id = "");
 /// DELETE /v1/datasets/{id}, for who posted it or an admin.
@@ -136,13 +134,11 @@ Response not_made_yet(const Dataset& dataset);
 /// Whether a tile is still to come in its final form. Of a lazy dataset those above all blocks are not: no look makes them.
 bool is_to_come(const Dataset& dataset, const proto::Manifest* shown, const proto::TileAddress& tile);
 
-/// The manifest and the faces of a dataset that is ready, or provisional ones.
-Response published(Service& service, const Dataset& dataset, const Request& request, const Route& route);
-/// The same of a mounted folder of finished tiles: its files.
-Response published_folder(Service& service, const Dataset& dataset, const Route& route, const std::string& folder);
+/// The manifest and the faces of a dataset that is ready, or provisional ones; of a mounted folder of finished tiles its files.
+Response published(Service& service, const Request& request, const Dataset& dataset, const Route& route);
 
 /// …/mesh.glb and others: a part of a dataset as one mesh.
-Response extracted_mesh(Service& service, const Dataset& dataset, const Request& request, const Route& route);
+Response extracted_mesh(Service& service, const Request& request, const Dataset& dataset, const Route& route);
 
 /// GET /v1/datasets/{id}.pmtiles.
 Response archive(Service& service, const Request& request, const Dataset& dataset, const Route& route);
@@ -150,7 +146,7 @@ Response archive(Service& service, const Request& request, const Dataset& datase
 void keep_from_others(Response& response);
 
 /// …/elevation: heights at places and along lines. GET and POST alike read only.
-Response elevation(Service& service, const Dataset& dataset, const Request& request, const Route& route);
+Response elevation(Service& service, const Request& request, const Dataset& dataset, const Route& route);
 
 /// Makes the tile templates of a document absolute, for readers that do not resolve them; without a host in the request they
 /// stay.

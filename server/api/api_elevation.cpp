@@ -72,7 +72,7 @@ Awaited awaited(std::vector<proto::TileAddress> tiles) {
 
 }  // namespace
 
-Response elevation(Service& service, const Dataset& dataset, const Request& request, const Route& route) {
+Response elevation(Service& service, const Request& request, const Dataset& dataset, const Route& route) {
   Opened opened = open_readable(service, dataset, route);
   if (!opened.terrain) return std::move(opened.refusal);
   const pipeline::faces::Terrain& terrain = *opened.terrain;

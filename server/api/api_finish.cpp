@@ -37,8 +37,7 @@ bool turned_away(const Response& response) {
 
 void log(const Exchange& exchange, const Response& response) {
   const Request& request = exchange.request;
-  const bool writes = !only_reads(request.method, exchange.route.endpoint),
-             broken = response.status >= 500 && response.status != 503;
+  const bool writes = !only_reads(request.method, exchange.route), broken = response.status >= 500 && response.status != 503;
   const bool notable = writes || turned_away(response);
   if (!broken && !notable && !logs_debug()) return;
   LogFields fields = {{"client", request.client},
@@ -57,10 +56,6 @@ void log(const Exchange& exchange, const Response& response) {
 
 }  // namespace
 
-bool only_reads(const std::string& method, Endpoint endpoint) {
-  return method == "GET" || method == "HEAD" || method == "OPTIONS" || endpoint == Endpoint::elevation;
-}
-
 bool may_see(const Request& request, const Dataset& dataset) {
   return !dataset.is_private || request.who.role >= access::Role::read;
 }
@@ -74,7 +69,7 @@ void finish(Service& service, const Exchange& exchange, Response& response) {
   access::add_safe_headers(response);
   const bool refused = turned_away(response);
   if (refused) service.metrics().denied.add(1, {response.problem});
-  if (!refused && !only_reads(request.method, exchange.route.endpoint)) audit(service, exchange, response);
+  if (!refused && !only_reads(request.method, exchange.route)) audit(service, exchange, response);
   log(exchange, response);
   service.metrics().finished(
       {route_name(exchange.route), request.method, response.status, exchange.seconds, exchange.received, response.problem});

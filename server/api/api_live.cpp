@@ -146,9 +146,8 @@ std::string rest_of_query(const Given& query) {
 /// Documents name their tiles by paths beside their own, and some clients count these from where they were led to. What goes on
 /// for long, or is made for long, has one address.
 bool is_led_to(const Route& route) {
-  return route.endpoint == Endpoint::manifest || route.endpoint == Endpoint::events || route.endpoint == Endpoint::mesh ||
-         route.endpoint == Endpoint::archive ||
-         (route.endpoint == Endpoint::face && route.found.resource->grid == pipeline::faces::Grid::none);
+  const pipeline::faces::Resource* resource = route.found.resource;
+  return resource != nullptr ? resource->grid == pipeline::faces::Grid::none : route.is(RouteRow::kOneAddress);
 }
 
 Response led_to(const std::string& location) {

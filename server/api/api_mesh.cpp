@@ -36,7 +36,7 @@ std::string file_name(const Dataset& dataset, const ExtractedMesh& mesh, const s
 
 }  // namespace
 
-Response extracted_mesh(Service& service, const Dataset& dataset, const Request& request, const Route& route) {
+Response extracted_mesh(Service& service, const Request& request, const Dataset& dataset, const Route& route) {
   const std::string ending = route.path.substr(route.path.find('.') + 1);
   const MeshKind kind = *mesh_kind(ending);
   auto wanted = mesh_request(request.query, Spelling::query);

@@ -91,8 +91,7 @@ Response listed(Service& service, const Request& request, const Dataset& dataset
     if (!opened.terrain) return opened.refusal;
     json = fixed_json(opened.terrain->manifest());
   }
-  if (route.endpoint == Endpoint::source) {
-    const std::string id = route.path.substr(route.path.find('/') + 1);
+  if (const std::string& id = route.item; !id.empty()) {
     for (Json& one : json["sources"]) {
       if (one.value("id", "") != id) continue;
       Json alone = std::move(one);

@@ -50,6 +50,8 @@ Json item_of(Service& service, const ServiceRoot& place, const Dataset& dataset,
   return item(place, dataset, manifest, offered);
 }
 
+}  // namespace
+
 Response items(Service& service, const Request& request) {
   const auto query = query_of(request);
   if (!query) return problem_response(query.problem());
@@ -67,23 +69,18 @@ Response items(Service& service, const Request& request) {
   return document(item_list(place, features, next), "application/geo+json");
 }
 
-Response one_item(Service& service, const Request& request, const std::string& id) {
-  const Row dataset = service.find(id);
-  if (!dataset || !may_see(request, *dataset)) return problem_response(unknown_to(request, id));
+Response one_item(Service& service, const Request& request, const Route& route) {
+  const Row dataset = service.find(route.id);
+  if (!dataset || !may_see(request, *dataset)) return problem_response(unknown_to(request, route.id));
   if (dataset->state != State::ready) return open_published(service, *dataset, {}).refusal;
-  const auto summary = service.library().summary(id);
+  const auto summary = service.library().summary(route.id);
   if (!summary) return problem_response(summary.problem());
   return document(item_of(service, place_of(request), *dataset, (*summary)->manifest), "application/geo+json");
 }
 
-}  // namespace
-
-Response answer(Service& service, const Request& request, const Route& route) {
-  if (!route.id.empty()) return one_item(service, request, route.id);
-  if (route.path == "collections/datasets/items") return items(service, request);
-  if (route.path == "collections/datasets") return document(collection(place_of(request)));
-  if (route.path == "collections") return document(collections(place_of(request)));
-  return document(route.path == "conformance" ? conformance() : landing_page(place_of(request)));
-}
+Response landing(const Request& request) { return document(landing_page(place_of(request))); }
+Response conforms() { return document(conformance()); }
+Response all_collections(const Request& request) { return document(collections(place_of(request))); }
+Response one_collection(const Request& request) { return document(collection(place_of(request))); }
 
 }  // namespace cordillera::server::stac

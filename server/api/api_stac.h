@@ -6,7 +6,12 @@
 
 namespace cordillera::server::stac {
 
-/// The answer at a path below /stac. To who may not read it, a private dataset is unknown, and it is in no list.
-Response answer(Service& service, const Request& request, const Route& route);
+Response landing(const Request& request);
+Response conforms();
+Response all_collections(const Request& request);
+Response one_collection(const Request& request);
+/// To who may not read it, a private dataset is unknown, and it is in no list.
+Response items(Service& service, const Request& request);
+Response one_item(Service& service, const Request& request, const Route& route);
 
 }  // namespace cordillera::server::stac

@@ -175,7 +175,7 @@ constexpr std::string_view kSubtree = ".subtree";  // says which tiles there are
 
 /// The tile where the path's is, or of a subtree its root.
 std::optional<proto::TileAddress> tile_of(const Route& route) {
-  if (route.endpoint != Endpoint::face) return std::nullopt;
+  if (route.found.resource == nullptr) return std::nullopt;
   const auto& [resource, place] = route.found;
   const auto tile = pipeline::faces::inside(resource->grid, place) ? on_lattice(resource->grid, place) : std::nullopt;
   return tile && tile->z > 0 ? tile : std::nullopt;
@@ -201,7 +201,7 @@ bool is_final(const proto::Manifest& shown, const Request& request, const Route&
 /// What a dataset, finished or not, has for a route.
 Response of_terrain(const std::shared_ptr<const pipeline::faces::Terrain>& terrain, const Request& request, const Route& route) {
   Response response =
-      route.endpoint == Endpoint::face
+      route.found.resource != nullptr
           ? face(*terrain, request, route)
           : answer(pipeline::faces::document(pipeline::manifest_json(terrain->manifest())), "application/json", route);
   if (response.shared && is_compressible(response.header("Content-Type"))) response.keep = keep_in(terrain);
@@ -275,17 +275,12 @@ class Unfinished {
   std::optional<Awaited> awaited_;          ///< the same, if it can be waited for
 };
 
-}  // namespace
-
-const char* cache_control(const Route& route) {
-  return route.version.empty() ? "public, no-cache" : "public, max-age=31536000, immutable";
-}
-
+/// Of a mounted folder of finished tiles: its files.
 Response published_folder(Service& service, const Dataset& dataset, const Route& route, const std::string& folder) {
   if (!route.version.empty())
     return problem_response({"version-unknown", "dataset " + dataset.id + " is a folder of finished tiles: it has one version",
                              "the address without a version", ""});
-  const bool of_face = route.endpoint == Endpoint::face;
+  const bool of_face = route.found.resource != nullptr;
   auto file = file_of_folder(service.web_files(), folder, of_face ? route.path : "manifest.json",
                              of_face ? std::string(route.found.resource->type) : "application/json", cache_control(route));
   if (file) return std::move(*file);
@@ -296,6 +291,12 @@ Response published_folder(Service& service, const Dataset& dataset, const Route&
       of_face && std::filesystem::exists(std::filesystem::path(folder) / route.path.substr(0, route.path.find('/')), error);
   if (has_format && route.found.resource->grid != pipeline::faces::Grid::none) return no_tile(*manifest, route.found);
   return problem_response(service.library().open(dataset.id).problem());
+}
+
+}  // namespace
+
+const char* cache_control(const Route& route) {
+  return route.version.empty() ? "public, no-cache" : "public, max-age=31536000, immutable";
 }
 
 Opened open_published(Service& service, const Dataset& dataset, const Route& route) {
@@ -329,7 +330,9 @@ std::optional<Awaited> awaited_tile(const Request& request, const Route& route) 
   return awaited;
 }
 
-Response published(Service& service, const Dataset& dataset, const Request& request, const Route& route) {
+Response published(Service& service, const Request& request, const Dataset& dataset, const Route& route) {
+  const std::string folder = service.mounts().has(dataset.id) ? service.mounts().folder(dataset.id) : "";
+  if (!folder.empty()) return published_folder(service, dataset, route, folder);
   const Opened opened = open_readable(service, dataset, route);
   if (opened.terrain && !opened.terrain->manifest().provisional()) return of_terrain(opened.terrain, request, route);
   const auto wait = may_wait(service, request);

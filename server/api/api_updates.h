@@ -20,7 +20,7 @@ std::string name_in(const std::string& address);
 /// …/sources and …/sources/{source}: the rasters, the one that wins first, and changes of them.
 Response sources(Service& service, const Request& request, const Dataset& dataset, const Route& route);
 /// …/versions: the one that is served and those that are kept.
-Response versions(Service& service, const Dataset& dataset);
+Response versions(Service& service, const Request& request, const Dataset& dataset);
 /// POST …/rollback: back to a kept version.
 Response rollback(Service& service, const Request& request, const Dataset& dataset);
 

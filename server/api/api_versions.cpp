@@ -83,7 +83,7 @@ proto::DatasetSource source_behind(const Dataset& dataset, const MoreRaster& ras
 
 }  // namespace
 
-Response versions(Service& service, const Dataset& dataset) {
+Response versions(Service& service, const Request&, const Dataset& dataset) {
   const Opened opened = open_published(service, dataset, {});
   if (!opened.terrain) return opened.refusal;
   proto::DatasetVersion served = service.ledger().current(dataset.id);
@@ -122,7 +122,7 @@ Response rollback(Service& service, const Request& request, const Dataset& datas
   service.hub().touch(dataset.id);
   log_info("dataset " + dataset.id + ": version " + std::to_string(service.ledger().current(dataset.id).number()) +
            " is served again");
-  return versions(service, dataset);
+  return versions(service, request, dataset);
 }
 
 bool is_busy(Service& service, const std::string& id) {

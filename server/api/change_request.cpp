@@ -82,8 +82,7 @@ proto::Result<ChangeRequest> read_change(Service& service, const Request& reques
   auto options = other_parameters(request, asked.delivery);
   if (!options) return options.problem();
   const proto::DatasetSource* old = nullptr;
-  if (route.endpoint == Endpoint::source) {
-    const std::string id = route.path.substr(route.path.find('/') + 1);
+  if (const std::string& id = route.item; !id.empty()) {
     old = find(sources, id);
     if (old == nullptr)
       return Problem{"source-unknown", "dataset " + dataset.id + " has no raster '" + id + "'", "an id that GET …/sources lists",

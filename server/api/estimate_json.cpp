@@ -2,6 +2,8 @@
 
 #include <initializer_list>
 
+#include "server/api/api.h"
+
 namespace cordillera::server {
 namespace {
 
@@ -30,6 +32,12 @@ Json estimate_json(const proto::Manifest& estimated, double seconds) {
     if (source != manifest.end()) source->erase(name);
   }
   return {{"dry_run", true}, {"seconds", seconds}, {"manifest", manifest}};
+}
+
+Response dry_run(Service& service, const Request& request, const proto::Job& job, const std::filesystem::path& folder) {
+  const auto estimate = service.queue().dry_run(folder, sender(request), job);
+  return estimate ? json_response(200, estimate_json(estimate->manifest(), estimate->seconds()))
+                  : problem_response(estimate.problem());
 }
 
 }  // namespace cordillera::server

@@ -3,6 +3,7 @@
 #include <boost/asio/buffer.hpp>
 
 #include "server/access/client_address.h"
+#include "server/api/requests/typed_by_hand.h"
 #include "server/front/loop.h"
 #include "server/log/log.h"
 
@@ -98,12 +99,16 @@ void Connection::begin(Head head) {
   begun_ = false;
   state_ = State::handling;
   const bool takes_body = request_.method == "POST" || request_.method == "PUT" || request_.method == "PATCH";
-  if (head.body != Head::Body::none && takes_body) return begin_with_body(std::move(head));
+  if (head.body != Head::Body::none && takes_body) {
+    route_ = route_meant(request_);
+    return begin_with_body(std::move(head));
+  }
   if (head.body != Head::Body::none) keep_ = false, linger_ = true;  // a body that nobody reads
   request_.read_body = [](const Request::Sink&) { return true; };
   if (auto kept = kept_answer(shared_, request_)) return respond(std::move(*kept));
-  if (shared_.api.is_quick(request_)) return respond(answer_of(shared_, request_));
-  if (shared_.api.makes_much(request_) && shared_.unsent.full(request_.client)) return respond_with(too_much_unsent());
+  route_ = route_meant(request_);
+  if (shared_.api.is_quick(request_, route_)) return respond(answer_of(shared_, request_, route_));
+  if (route_.is(RouteRow::kLarge) && shared_.unsent.full(request_.client)) return respond_with(too_much_unsent());
   const auto taken = shared_.makers.run(request_.client, [self = shared_from_this()] { self->make_answer(); });
   if (taken != Workers::Taken::yes) respond_with({"service-busy", "the service has too much to do", "trying again later", ""});
 }

@@ -112,6 +112,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   bool reading_ = false;
 
   Request request_;
+  Route route_;  ///< the request's
   Clock::time_point asked_;
   bool keep_ = true, linger_ = false, old_ = false;
   bool by_front_ = false;            ///< the answer is no answer of the API

@@ -87,7 +87,9 @@ bool Connection::take_out(Response& response) {
 void Connection::make_answer() {
   if (begun_.exchange(true)) return;
   try {
-    later([self = shared_from_this(), response = answer_of(shared_, request_)]() mutable { self->respond(std::move(response)); });
+    later([self = shared_from_this(), response = answer_of(shared_, request_, route_)]() mutable {
+      self->respond(std::move(response));
+    });
   } catch (const std::exception&) {
     failed_ = true;  // no memory even for saying so: the loop sees it at its next look
   }

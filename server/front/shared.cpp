@@ -79,13 +79,13 @@ Response ready(Shared& shared, const Request& request, const std::function<Respo
 
 }  // namespace
 
-Response answer_of(Shared& shared, const Request& request) {
+Response answer_of(Shared& shared, const Request& request, const Route& route) {
   return ready(shared, request, [&] {
     if (const auto range = request.header("range"); range && !is_range(*range)) {
       return refusal({"range-invalid", "the Range header cannot be read",
                       "bytes=FIRST-LAST, bytes=FIRST- or bytes=-LAST_SO_MANY; meshes and archives have ranges", "Range"});
     }
-    return shared.api.handle(request);
+    return shared.api.handle(request, route);
   });
 }
 

@@ -30,7 +30,7 @@ struct Shared {
 };
 
 /// The API's answer, ready for the socket. Whatever is thrown becomes a problem.
-Response answer_of(Shared& shared, const Request& request);
+Response answer_of(Shared& shared, const Request& request, const Route& route);
 /// The rest of an answer that was put off, likewise.
 Response rest_of(Shared& shared, const Request& request, const std::function<Response()>& rest);
 /// The answer, if it was given to somebody lately and is the same for all; nothing: it has to be made.

@@ -221,12 +221,8 @@ std::optional<Problem> LiveFolder::begin(const std::string& path, const Print& p
 std::optional<Problem> LiveFolder::change(const std::string& path, const Print& print, const Dataset& dataset) {
   const auto sources = service_.ledger().expected(dataset.id);
   if (sources.empty()) return Problem{"source-unknown", "dataset " + dataset.id + " has no raster any more", "", ""};
-  Route route;
-  route.endpoint = Endpoint::source;
-  route.id = dataset.id;
-  route.path = "sources/" + sources.front().id();
-  const Request request = sending(folder_ / path, "PUT", "/v1/datasets/" + dataset.id + "/" + route.path);
-  if (auto refused = refusal(updates::sources(service_, request, dataset, route))) return refused;
+  const Request request = sending(folder_ / path, "PUT", "/v1/datasets/" + dataset.id + "/sources/" + sources.front().id());
+  if (auto refused = refusal(updates::sources(service_, request, dataset, parse_route(request.path)))) return refused;
   known_[path].print = print;
   log_info("live folder: " + path + " has changed, a new version of dataset " + dataset.id);
   return std::nullopt;

@@ -63,7 +63,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return 0;
   }
   const Route route = parse_route(target->path);
-  if (allowed_methods(route.endpoint).empty() || route_name(route).empty()) __builtin_trap();
+  if (allowed_methods(route).empty() || route_name(route).empty()) __builtin_trap();
   // An id becomes a folder's name.
   if (route.id.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-") != std::string::npos) __builtin_trap();
   answered(with_layer(Settings(), build_options(), target->query, Spelling::query));

@@ -155,7 +155,7 @@ TEST(Api, AGlbIsMadeByAWorker) {
     Request request;
     request.method = "GET";
     request.path = "/v1/datasets/alps/tiles/" + tile;
-    return test.api().is_quick(request);
+    return test.api().is_quick(request, parse_route(request.path));
   };
   EXPECT_TRUE(quick("1/1/1.drc"));
   EXPECT_FALSE(quick("1/1/1.glb"));

@@ -7,7 +7,6 @@
 
 #include "fixture.h"
 #include "pipeline/faces/face.h"
-#include "server/api/requests/routes.h"
 #include "server/http/problems.h"
 #include "server/options/mesh_options.h"
 
@@ -36,13 +35,6 @@ std::string filled(std::string path, std::map<std::string, std::string> values) 
   }
   for (const auto& [name, value] : values) path = std::regex_replace(path, std::regex("\\{" + name + "\\}"), value);
   return path;
-}
-
-Words words_of(const std::string& allow) {
-  Words words;
-  std::istringstream list(allow);
-  for (std::string word; std::getline(list, word, ',');) words.insert(word.substr(word.find_first_not_of(' ')));
-  return words;
 }
 
 TEST(OpenApi, IsOfTheVersionAndCanBeKept) {
@@ -90,36 +82,6 @@ TEST(OpenApi, EveryPathIsAnswered) {
   }
   EXPECT_GT(asked, 20);
   EXPECT_EQ(test.send("DELETE", "/v1/datasets/" + id).status, 204);
-}
-
-TEST(OpenApi, MethodsAreThoseThatAreAllowed) {
-  const Json document = description();
-  for (const auto& [path, item] : document["paths"].items()) {
-    Words described;
-    for (const auto& [method, operation] : item.items()) {
-      if (method == "parameters") continue;
-      std::string upper = method;
-      for (char& c : upper) c = static_cast<char>(c - 'a' + 'A');
-      described.insert(upper);
-    }
-    Words allowed = words_of(allowed_methods(parse_route(filled(path, {})).endpoint));
-    allowed.erase("HEAD");
-    allowed.erase("OPTIONS");
-    EXPECT_EQ(described, allowed) << path;
-  }
-}
-
-TEST(OpenApi, EveryRouteIsDescribed) {
-  std::map<Endpoint, int> described;
-  const Json document = description();
-  for (const auto& [path, item] : document["paths"].items()) {
-    const Endpoint endpoint = parse_route(filled(path, {})).endpoint;
-    EXPECT_NE(endpoint, Endpoint::none) << path;
-    ++described[endpoint];
-  }
-  for (int r = static_cast<int>(Endpoint::none) + 1; r <= static_cast<int>(Endpoint::page); ++r) {
-    EXPECT_GE(described[static_cast<Endpoint>(r)], 1) << "resource " << r << " of routes.h is in no path";
-  }
 }
 
 TEST(OpenApi, EveryFaceIsDescribedWithAndWithoutAVersion) {

@@ -124,10 +124,10 @@ int refused_before_it_is_begun() {
   set_up_heap();
   std::vector<void*> taken;  // a thread's heap may have had much more
   while (void* const block = std::malloc(std::size_t{1} << 20)) taken.push_back(block);
-  const Response refused = front::answer_of(shared, request);
+  const Response refused = front::answer_of(shared, request, parse_route(request.path));
   for (void* const block : taken) std::free(block);
   setrlimit(RLIMIT_AS, &before);
-  const Response answered = front::answer_of(shared, request);
+  const Response answered = front::answer_of(shared, request, parse_route(request.path));
   if (refused.status != 503 || refused.body.find("service-busy") == std::string::npos) return 1;
   return answered.status == 200 ? 0 : 2;
 }

@@ -95,20 +95,22 @@ Response kept(const char* type, const std::string& body) {
   return response;
 }
 
+}  // namespace
+
 Response version_document() {
   Response response = json_response(200, {{"name", "Cordillera"}, {"version", CORDILLERA_VERSION}});
   response.set("Cache-Control", "no-cache");
   return response;
 }
 
-}  // namespace
+Response docs_page() {
+  static const std::string kPage = made_page();
+  return kept("text/html; charset=utf-8", kPage);
+}
 
-std::optional<Response> browser_page(const std::string& path) {
-  if (path == "/version") return version_document();
-  static const std::string kPage = made_page(), kIcon = made_icon();
-  if (path == "/docs") return kept("text/html; charset=utf-8", kPage);
-  if (path == "/favicon.ico") return kept("image/x-icon", kIcon);
-  return std::nullopt;
+Response icon() {
+  static const std::string kIcon = made_icon();
+  return kept("image/x-icon", kIcon);
 }
 
 }  // namespace cordillera::server

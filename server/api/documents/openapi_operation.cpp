@@ -25,12 +25,13 @@ Json answer(const std::string& about, const std::string& type, const char* schem
   return {{"description", about}, {"content", content_of(type, schema)}};
 }
 
-Json operation(const Operation& from) {
+Json operation(const std::string& id, const std::string& tag, const Operation& from) {
   Json json;
-  json["operationId"] = from.id;
-  json["tags"] = Json::array({from.tag});
+  json["operationId"] = id;
+  json["tags"] = Json::array({tag});
   json["summary"] = from.summary;
   if (!from.parameters.empty()) json["parameters"] = from.parameters;
+  if (!from.body.empty()) json["requestBody"] = from.body;
   json["responses"] = from.good;
   json["responses"]["4XX"] = problem_answer();
   json["responses"]["5XX"] = problem_answer();

@@ -7,14 +7,16 @@
 
 namespace cordillera::server::openapi {
 
+/// What is said of an operation beside what its route has.
 struct Operation {
-  std::string id, tag, summary;
+  std::string summary;
   Json good;             ///< by status
   Json parameters = {};  ///< beside those of the path
+  Json body = {};        ///< of the request
 };
 
 /// With the answers that every operation may give.
-Json operation(const Operation& from);
+Json operation(const std::string& id, const std::string& tag, const Operation& from);
 
 Json query(const std::string& name, const std::string& about);
 Json header(const char* name, const char* about);

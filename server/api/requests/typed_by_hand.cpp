@@ -127,11 +127,9 @@ void forget_body_headers(Request& request) {
 
 Route route_meant(const Request& request) {
   Route route = parse_route(request.path);
-  if (route.endpoint != Endpoint::none || reads(request)) return route;
+  if (route.row != nullptr || reads(request)) return route;
   if (has_slash(request.path)) return parse_route(stripped(request.path));
-  if (request.method != "PUT" || name_in_path(request).empty()) return route;
-  route.endpoint = Endpoint::datasets;
-  return route;
+  return request.method == "PUT" && !name_in_path(request).empty() ? parse_route(kCollection) : route;
 }
 
 std::string name_in_path(const Request& request) {
@@ -140,11 +138,11 @@ std::string name_in_path(const Request& request) {
   return name.find('/') == name.npos ? name : "";
 }
 
-std::optional<Response> without_slash(const Request& request, const std::function<bool(const std::string& path)>& is_page) {
+std::optional<Response> without_slash(const Request& request) {
   if (!reads(request) || !has_slash(request.path)) return std::nullopt;
   const std::string path = stripped(request.path);
-  const Endpoint endpoint = parse_route(path).endpoint;
-  if (endpoint == Endpoint::none || (endpoint == Endpoint::page && !is_page(path))) return std::nullopt;
+  const Route route = parse_route(path);
+  if (route.row == nullptr || route.is(RouteRow::kElsewhere)) return std::nullopt;
   Response response;
   response.status = 308;
   response.set("Location", "../" + path.substr(path.rfind('/') + 1));

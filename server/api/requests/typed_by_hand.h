@@ -1,6 +1,5 @@
 #pragma once
 // Requests as hands type them, said as the API has them: a PUT on the collection, a slash too many, options as JSON.
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,8 +18,8 @@ Route route_meant(const Request& request);
 std::string name_in_path(const Request& request);
 
 /// To a GET with a slash too many: 308, for relative links in the answer would lead elsewhere. None: there is nothing at the path
-/// without it. is_page: of paths outside of the API.
-std::optional<Response> without_slash(const Request& request, const std::function<bool(const std::string& path)>& is_page);
+/// without it, or a file of the viewer.
+std::optional<Response> without_slash(const Request& request);
 
 /// A body of type application/json, {"source": "https://…", "error": 5}: its members become parameters of the query, and the body
 /// is gone.
