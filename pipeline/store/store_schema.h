@@ -1,12 +1,15 @@
 #pragma once
 // The tables of a dataset's file.
 //
-//   meta    'plan' while it is written and after, 'manifest' once it is published: nothing else says that it is; notes
-//   (store_revise.h) tiles   a row a tile that has triangles; drc names a row of blobs. glb is empty: tile_glb makes it. In rows
-//   of format 1 it names one too blobs   bytes by content hash tasks   committed blocks and merges } only while it is written
-//   meshes  meshes that wait for their parent's weld: hashes of files   }   (mesh_files.h); kept, whole, in a store that will be
-//   built on water   water masks by tile, only of datasets that have any nodes   a row a tile that has triangles itself or below
-//   it, with the region and the error of it all: made when published
+// - meta: 'plan' while the file is written and after, 'manifest' once it is published (nothing else says that it is), and notes
+//   (store_revise.h).
+// - tiles: a row a tile that has triangles. drc names a row of blobs. glb is empty, as tile_glb makes it; in rows of format 1 it
+//   names one too.
+// - blobs: bytes by content hash.
+// - tasks: committed blocks and merges. Only while the file is written; kept, whole, in a store that will be built on.
+// - meshes: those that wait for their parent's weld, as hashes of files (mesh_files.h). Kept as tasks are.
+// - water: water masks by tile, only of datasets that have any.
+// - nodes: a row a tile that has triangles itself or below it, with the region and the error of it all. Made when published.
 //
 // Rows are addressed by content or by place, so what they hold does not depend on the order of commits.
 //
