@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Tests that SECURITY.md and tests/README.md name for their promises: promises.py REPOSITORY. Each one is there: a test of C++, a test of
-ctest, a case of tests/attack or a file."""
+ctest, a case of tests/attack or a file. And GLOSSARY.md has no more words than somebody reads."""
 import os
 import re
 import sys
 
 HEADING = "## Which test shows it"
 TABLES = [("SECURITY.md", HEADING), ("tests/README.md", "## Right by default")]
+MOST_WORDS = 40  # of the glossary: what a textbook says stays out of it
 
 
 def named(text, heading=HEADING):
@@ -36,6 +37,13 @@ def judge(text, tests, exists, page="SECURITY.md", heading=HEADING):
     return wrong or ([] if names else ["%s: no table under '%s'" % (page, heading)])
 
 
+def too_many_words(text):
+    """text: of GLOSSARY.md, one table."""
+    rows = [line for line in text.splitlines() if line.startswith("|")]
+    count = len(rows) - 2  # its head
+    return ["GLOSSARY.md has %d words, more than %d: take out the least particular" % (count, MOST_WORDS)] if count > MOST_WORDS else []
+
+
 def main(root):
     tests, found, count = tests_of(root), [], 0
     for page, heading in TABLES:
@@ -43,6 +51,8 @@ def main(root):
             text = file.read()
         found += judge(text, tests, lambda name: "/" in name and os.path.exists(os.path.join(root, name)), page, heading)
         count += len(named(text, heading))
+    with open(os.path.join(root, "GLOSSARY.md"), encoding="utf-8") as file:
+        found += too_many_words(file.read())
     print("\n".join(found) if found else "every promise names tests that are there: %d" % count)
     return 1 if found else 0
 

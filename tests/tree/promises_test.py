@@ -25,6 +25,11 @@ class Promises(unittest.TestCase):
         self.assertEqual(len(judged("nothing")), 1)
         self.assertEqual(len(promises.judge("# Security\n", set(), lambda name: False)), 1)
 
+    def test_a_glossary_that_grows(self):
+        head = "# Glossary\n\n| word | what it is |\n|---|---|\n"
+        self.assertEqual(promises.too_many_words(head + "| word | this |\n" * promises.MOST_WORDS), [])
+        self.assertEqual(len(promises.too_many_words(head + "| word | this |\n" * (promises.MOST_WORDS + 1))), 1)
+
 
 if __name__ == "__main__":
     unittest.main()
