@@ -97,4 +97,9 @@ proto::Result<std::unique_ptr<Source>> open_source(const std::string& path, cons
 proto::Result<std::unique_ptr<Source>> open_filled_source(const std::string& path, const std::string& name, Trust trust,
                                                           const proto::BuildOptions& options);
 
+/// As open_source, of the raster that the pixels were taken from.
+proto::Result<std::unique_ptr<Source>> open_decimated(const std::string& path, const std::string& name, Trust trust,
+                                                      const proto::BuildOptions& options,
+                                                      const std::shared_ptr<const Decimation>& pixels);
+
 }  // namespace cordillera::raster

@@ -1,14 +1,12 @@
 #include "pipeline/build/tile_output.h"
 
 #include <algorithm>
-#include <stdexcept>
 #include <utility>
 
 #include "gpu/measure/surface_error_row.h"
 #include "gpu/measure/surface_memory.h"
 #include "pipeline/build/exact/exact_block.h"
 #include "pipeline/build/pixel_error.h"
-#include "pipeline/build/skirt_depth.h"
 #include "pipeline/encode/draco_mesh.h"
 #include "pipeline/encode/encode.h"
 #include "pipeline/encode/published_mesh.h"
@@ -88,34 +86,6 @@ proto::TileRecord record_of(const BuiltTile& built) {
   return record;
 }
 
-/// What the .drc, the .glb and the region are made of.
-EncodeInput encode_input(const LevelContext& context, const BuiltTile& built, const PublishedMesh& published,
-                         const proto::BuildOptions& options) {
-  EncodeInput input;
-  input.lattice = context.lattice;
-  input.tile = built.tile;
-  input.mesh = &built.mesh;
-  input.ecef_step_m = context.level->ecef_step();
-  input.height_step = height_step(*context.level);
-  input.skirts = skirts_of(context, built, published, static_cast<int>(options.min_level()));
-  input.geometric_error_m = built.max_error_m;
-  input.title = options.title();
-  input.attribution = options.attribution();
-  return input;
-}
-
-proto::Problem no_glb(const std::string& why) {
-  return {"tile-damaged", "no .glb can be made of the tile: " + why, "a tile of a sound store", ""};
-}
-
-/// By its number, as level_plan() cannot: the plan may be of a damaged store.
-const proto::LevelPlan* level_of(const proto::Plan& plan, std::uint32_t z) {
-  const auto& levels = plan.levels();
-  const auto found =
-      std::find_if(levels.begin(), levels.end(), [&](const proto::LevelPlan& level) { return level.level() == z; });
-  return found == levels.end() ? nullptr : &*found;
-}
-
 }  // namespace
 
 SampleCounts::SampleCounts(const proto::Lattice& lattice, const proto::Samples& samples, Workers& workers)
@@ -159,37 +129,15 @@ std::optional<EncodedTile> encode_tile(const LevelContext& context, const BuiltT
   EncodedTile encoded{record_of(built), {}, {}};
   proto::TileRecord& record = encoded.record;
   count_mesh(built, published, record);
-  const EncodeInput input = encode_input(context, built, published, options);
+  EncodeInput input;
+  input.lattice = context.lattice, input.tile = built.tile, input.mesh = &built.mesh;
+  input.geometric_error_m = built.max_error_m;
+  take_from_plan(input, published, *context.level, options);
   encoded.drc = encode_drc(input, published);
   record.set_drc_bytes(static_cast<std::uint32_t>(encoded.drc.size()));
   for (const double bound : tile_region(input, published)) record.add_region(bound);
   if (context.counts) set_counts(context.counts->of(built.tile), record);
   return encoded;
-}
-
-proto::Result<std::string> tile_glb(const proto::Plan& plan, const proto::TileRecord& record, std::string_view drc,
-                                    const Shading& shading) {
-  const proto::LevelPlan* const level = level_of(plan, record.level());
-  if (level == nullptr) return no_glb("the plan has no level " + std::to_string(record.level()));
-  auto decoded = draco_decode_lattice(drc);
-  if (!decoded) return decoded.problem();
-  const proto::Lattice lattice{static_cast<int>(plan.finest_level())};
-  BuiltTile built;
-  built.tile = address_of(record);
-  if (proto::TileAddress{decoded->z, decoded->x, decoded->y} != built.tile || decoded->side != lattice.tile_units(built.tile.z))
-    return no_glb("its .drc is another tile's");
-  built.mesh = tile_mesh_of(in_mesh_steps(std::move(*decoded)));
-  built.max_error_m = record.max_error();
-  LevelContext context;
-  context.lattice = &lattice;
-  context.level = level;
-  const PublishedMesh published = published_mesh(built.mesh);
-  if (published.empty()) return no_glb("its .drc has no triangle");
-  try {
-    EncodeInput input = encode_input(context, built, published, plan.options());
-    input.shading = shading;
-    return encode_glb(input, published);
-  } catch (const std::invalid_argument& failed) { return no_glb(failed.what()); }
 }
 
 FinishedFinest finish_finest(const proto::Plan& plan, const LevelContext& context, BuiltTile& built,

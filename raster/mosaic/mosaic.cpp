@@ -9,7 +9,6 @@
 #include "proto/ellipsoid.h"
 #include "proto/integers.h"
 #include "raster/mosaic/blend.h"
-#include "raster/pixels/decimation.h"
 #include "raster/storage/storage.h"
 
 namespace cordillera::raster {

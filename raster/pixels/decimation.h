@@ -4,9 +4,9 @@
 #include <memory>
 #include <vector>
 
+#include "cordillera.pb.h"
 #include "proto/result.h"
 #include "raster/pixels/value_look.h"
-#include "raster/source.h"
 
 namespace cordillera::raster {
 
@@ -15,8 +15,8 @@ struct Dataset;
 /// Pixels of one raster, or of an overview of it, spread evenly. Bytes are those of the band's own type.
 struct Decimation {
   int columns = 0, rows = 0;  ///< of what is left
-  int covered_columns =
-      0;  ///< of the raster, from its first; all rows are covered. One column is left out that repeats the first
+  /// Of the raster, from its first; all rows are covered. One column is left out that repeats the first.
+  int covered_columns = 0;
   std::vector<std::uint8_t> values;  ///< columns * rows values, row-major
   std::vector<std::uint8_t> mask;    ///< one a value, 0: no data; empty: values alone tell
   proto::Source of;                  ///< the raster's own description
@@ -30,10 +30,5 @@ proto::Result<Decimation> decimated(const Dataset& dataset, int period, std::int
 /// The dataset with these pixels in place of its own, and not with a copy: each thread of a build opens one, and of a large
 /// raster they are hundreds of megabytes.
 proto::Result<void> put_decimation(Dataset& dataset, const std::shared_ptr<const Decimation>& pixels);
-
-/// As open_source, of the raster that the pixels were taken from.
-proto::Result<std::unique_ptr<Source>> open_decimated(const std::string& path, const std::string& name, Trust trust,
-                                                      const proto::BuildOptions& options,
-                                                      const std::shared_ptr<const Decimation>& pixels);
 
 }  // namespace cordillera::raster

@@ -1,4 +1,4 @@
-#include "pipeline/build/skirt_depth.h"
+#include "pipeline/encode/skirt_depth.h"
 
 #include <algorithm>
 
@@ -24,30 +24,30 @@ struct MinMax {
 /// Below the data's lowest point a coarser neighbour may reach by what flat triangles are off: by their stated errors or, where
 /// the data is small, by the earth's curvature below them. Targets of coarse levels allow for far more. apart: errors that two
 /// neighbours may be apart.
-double floor_m(const LevelContext& context, const BuiltTile& built, const PublishedMesh& published, double apart) {
+double floor_m(const EncodeInput& input, const PublishedMesh& published, double apart) {
   MinMax x, y, height;
   for (const std::uint32_t v : published.source) {
-    x.add(built.mesh.x[v]);
-    y.add(built.mesh.y[v]);
-    height.add(built.mesh.height[v]);
+    x.add(input.mesh->x[v]);
+    y.add(input.mesh->y[v]);
+    height.add(input.mesh->height[v]);
   }
-  const proto::Lattice& lattice = *context.lattice;
-  const std::int64_t south = lattice.south(built.tile);
+  const proto::Lattice& lattice = *input.lattice;
+  const std::int64_t south = lattice.south(input.tile);
   const double widest =
       std::max(proto::row_frame(lattice, south + y.low).cos_lat, proto::row_frame(lattice, south + y.high).cos_lat);
   const double reach_m = std::max(x.size() * widest, y.size()) * proto::cell_height_m(lattice, lattice.rows() / 2);
   const double sag_m = reach_m * reach_m / (2 * proto::kSemiMajor_m);  // of a chord twice as long
-  return height.low * proto::kHeightStep_m - std::max(kReliefBeyond_m, std::min(apart * built.max_error_m, sag_m));
+  return height.low * proto::kHeightStep_m - std::max(kReliefBeyond_m, std::min(apart * input.geometric_error_m, sag_m));
 }
 
 }  // namespace
 
-Skirts skirts_of(const LevelContext& context, const BuiltTile& built, const PublishedMesh& published, int coarsest_level) {
+Skirts skirts_of(const EncodeInput& input, const PublishedMesh& published, const proto::LevelPlan& level, int coarsest_level) {
   // Both levels' border chains may be off, in opposite directions. Finer ones are off by less, coarser ones, if there are any, by
   // more.
-  const double apart = 2 + std::clamp(built.tile.z - coarsest_level, 0, kLevelsApart);
-  const double rounding_m = kRoundingSteps * context.level->ecef_step();
-  return {apart * context.level->chain_tolerance() + rounding_m, floor_m(context, built, published, apart) - rounding_m};
+  const double apart = 2 + std::clamp(input.tile.z - coarsest_level, 0, kLevelsApart);
+  const double rounding_m = kRoundingSteps * input.ecef_step_m;
+  return {apart * level.chain_tolerance() + rounding_m, floor_m(input, published, apart) - rounding_m};
 }
 
 }  // namespace cordillera::pipeline
