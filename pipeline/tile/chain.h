@@ -1,5 +1,8 @@
 #pragma once
-// Border chains: what stays of a tile edge is a function of that edge alone, so that both tiles on it keep the same vertices.
+// Border chains of waves and other strategies that simplify tile by tile. The default, exact, chooses its own in
+// gpu/exact/side_chain.h; of what stands here it uses the types and void_chain, to join blocks.
+//
+// What stays of a tile edge is a function of that edge alone, so that both tiles on it keep the same vertices.
 //
 // An edge at level z is a straight run of tile_units(z) + 1 lattice vertices, counted from its western or southern end. Its chain
 // at the finest level is chosen among all samples, at every other level among the survivors of its two child edges (chains are
