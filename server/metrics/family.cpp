@@ -23,6 +23,10 @@ std::string escaped(std::string_view value) {
 
 }  // namespace
 
+void Families::write(std::string& out) const {
+  for (const Family* family : all_) family->write(out);
+}
+
 std::string Family::key(Labels values) const {
   std::string text;
   auto name = labels_.begin();
@@ -70,16 +74,19 @@ void Numbers::write_samples(std::string& out) const {
 }
 
 // A family without labels has its one value from the start: a rate then sees the first event too.
-Counter::Counter(const char* name, const char* help, std::vector<const char*> labels) : Numbers(name, help, "counter", labels) {
+Counter::Counter(Families& all, const char* name, const char* help, std::vector<const char*> labels)
+    : Numbers(all, name, help, "counter", labels) {
   if (labels.empty()) set(0);
 }
 
-Gauge::Gauge(const char* name, const char* help, std::vector<const char*> labels) : Numbers(name, help, "gauge", labels) {
+Gauge::Gauge(Families& all, const char* name, const char* help, std::vector<const char*> labels)
+    : Numbers(all, name, help, "gauge", labels) {
   if (labels.empty()) set(0);
 }
 
-Histogram::Histogram(const char* name, const char* help, std::vector<double> bounds, std::vector<const char*> labels)
-    : Family(name, help, "histogram", std::move(labels)), bounds_(std::move(bounds)) {}
+Histogram::Histogram(Families& all, const char* name, const char* help, std::vector<double> bounds,
+                     std::vector<const char*> labels)
+    : Family(all, name, help, "histogram", std::move(labels)), bounds_(std::move(bounds)) {}
 
 void Histogram::Spread::observe(double value) {
   const auto bucket = std::lower_bound(bounds_.begin(), bounds_.end(), value) - bounds_.begin();

@@ -14,10 +14,25 @@ namespace cordillera::server::metrics {
 /// Values of the labels, in the order of their names.
 using Labels = std::initializer_list<std::string_view>;
 
+class Family;
+
+/// All families of a service, in the order in which they were made: each enters itself. It must live as long as they do.
+class Families {
+ public:
+  /// Appends the lines of all.
+  void write(std::string& out) const;
+
+ private:
+  friend class Family;
+  std::vector<const Family*> all_;
+};
+
 class Family {
  public:
-  Family(const char* name, const char* help, const char* type, std::vector<const char*> labels)
-      : name_(name), help_(help), type_(type), labels_(std::move(labels)) {}
+  Family(Families& all, const char* name, const char* help, const char* type, std::vector<const char*> labels)
+      : name_(name), help_(help), type_(type), labels_(std::move(labels)) {
+    all.all_.push_back(this);
+  }
   virtual ~Family() = default;
   Family(const Family&) = delete;
   Family& operator=(const Family&) = delete;
@@ -57,18 +72,18 @@ class Numbers : public Family {
 
 class Counter : public Numbers {
  public:
-  Counter(const char* name, const char* help, std::vector<const char*> labels = {});
+  Counter(Families& all, const char* name, const char* help, std::vector<const char*> labels = {});
 };
 
 class Gauge : public Numbers {
  public:
-  Gauge(const char* name, const char* help, std::vector<const char*> labels = {});
+  Gauge(Families& all, const char* name, const char* help, std::vector<const char*> labels = {});
 };
 
 class Histogram : public Family {
  public:
   /// bounds: upper ones of the buckets, rising; the last, +Inf, is added.
-  Histogram(const char* name, const char* help, std::vector<double> bounds, std::vector<const char*> labels = {});
+  Histogram(Families& all, const char* name, const char* help, std::vector<double> bounds, std::vector<const char*> labels = {});
   class Spread {
    public:
     explicit Spread(const std::vector<double>& bounds) : bounds_(bounds), counts_(bounds.size() + 1) {}

@@ -50,14 +50,16 @@ void write_process(std::string& out) {
   rlimit descriptors{};
   getrlimit(RLIMIT_NOFILE, &descriptors);
   const auto counter = [&](const char* name, const char* help, double value) {
-    Counter family(name, help);
+    Families one;
+    Counter family(one, name, help);
     family.set(value);
-    family.write(out);
+    one.write(out);
   };
   const auto gauge = [&](const char* name, const char* help, double value) {
-    Gauge family(name, help);
+    Families one;
+    Gauge family(one, name, help);
     family.set(value);
-    family.write(out);
+    one.write(out);
   };
   counter("process_cpu_seconds_total", "CPU time of the service itself; builds are processes of their own.", stat.cpu_seconds);
   gauge("process_resident_memory_bytes", "Memory in use.", stat.resident_bytes);
