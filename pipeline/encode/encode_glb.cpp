@@ -1,25 +1,15 @@
-#include <algorithm>
 #include <cmath>
-#include <string_view>
 #include <utility>
 
 #include "pipeline/encode/draco_mesh.h"
 #include "pipeline/encode/encode.h"
 #include "pipeline/encode/glb.h"
-#include "pipeline/encode/json.h"
 #include "pipeline/encode/lit_mesh.h"
-#include "pipeline/encode/little_endian.h"
 
 namespace cordillera::pipeline {
 namespace {
 
 using proto::Vec3;
-
-constexpr int kFloat = 5126, kUnsignedShort = 5123, kUnsignedInt = 5125;  // glTF component types
-constexpr int kTriangleMode = 4;
-
-// glTF is y-up; 3D Tiles viewers turn y up into z up on load. A permutation: exact.
-std::array<float, 3> y_up(Vec3 p) { return {static_cast<float>(p.x), static_cast<float>(p.z), static_cast<float>(-p.y)}; }
 
 // glTF's v runs down a picture, so north is up in it; its tangent is where u grows, and with w = 1 and up as the normal
 // cross(normal, tangent) = north is where green points.
@@ -45,42 +35,18 @@ LitSurface relative(const LitMesh::Surface& surface, Vec3 translation) {
 }
 
 struct Document {
-  Json accessors = Json::array(), views = Json::array(), primitives = Json::array();
-  std::string binary;
-
-  std::size_t add_view(std::string_view bytes) {
-    views.push_back({{"buffer", 0}, {"byteOffset", binary.size()}, {"byteLength", bytes.size()}});
-    binary += bytes;
-    pad(binary, 4, '\0');
-    return views.size() - 1;
-  }
-  std::size_t add_accessor(int component, std::size_t count, const char* type) {
-    accessors.push_back({{"componentType", component}, {"count", count}, {"type", type}});
-    return accessors.size() - 1;
-  }
+  GlbBuffer buffer;
+  Json primitives = Json::array();
 };
 
-void add_bounds(Json& accessor, const LitSurface& surface) {
-  std::array<float, 3> low = surface.positions[0], high = low;
-  for (const auto& p : surface.positions) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], p[k]);
-      high[k] = std::max(high[k], p[k]);
-    }
-  }
-  accessor["min"] = low;
-  accessor["max"] = high;
-}
-
 void add_primitive(Document& doc, const LitSurface& surface, const FloatGrid& grid) {
-  const std::size_t view = doc.add_view(draco_encode(surface, grid));
+  const std::size_t view = doc.buffer.add_view(draco_encode(surface, grid));
   const std::size_t points = surface.positions.size();
-  const std::size_t indices =
-      doc.add_accessor(points < UINT16_MAX ? kUnsignedShort : kUnsignedInt, 3 * surface.triangles.size(), "SCALAR");
-  Json attributes = {{"POSITION", doc.add_accessor(kFloat, points, "VEC3")}}, coded = {{"POSITION", 0}};
-  add_bounds(doc.accessors.back(), surface);
+  const std::size_t indices = doc.buffer.add_accessor(index_type(points), 3 * surface.triangles.size(), "SCALAR");
+  Json attributes = {{"POSITION", doc.buffer.add_accessor(kGltfFloat, points, "VEC3")}}, coded = {{"POSITION", 0}};
+  doc.buffer.add_bounds(surface.positions);
   const auto add = [&](const char* name, const char* type) {
-    attributes[name] = doc.add_accessor(kFloat, points, type);
+    attributes[name] = doc.buffer.add_accessor(kGltfFloat, points, type);
     const std::size_t id = coded.size();
     coded[name] = id;
   };
@@ -91,7 +57,7 @@ void add_primitive(Document& doc, const LitSurface& surface, const FloatGrid& gr
       {{"attributes", std::move(attributes)},
        {"indices", indices},
        {"material", 0},
-       {"mode", kTriangleMode},
+       {"mode", kGltfTriangles},
        {"extensions", {{"KHR_draco_mesh_compression", {{"bufferView", view}, {"attributes", std::move(coded)}}}}}});
 }
 
@@ -122,7 +88,7 @@ struct Extensions {
 void add_pictures(Json& root, Document& doc, const Shading& shading, Extensions& extensions) {
   // A new name in an ordered object may move all others: nothing of root is held while textures are added.
   if (!shading.photo.empty()) {
-    Json texture = {{"index", add_texture(root, doc.add_view(shading.photo))}};
+    Json texture = {{"index", add_texture(root, doc.buffer.add_view(shading.photo))}};
     if (shading.photo_side != kNormalMapSide) {
       texture["extensions"] = {{"KHR_texture_transform", place_of_photo(shading.photo_side)}};
       extensions.useful.push_back("KHR_texture_transform");
@@ -132,7 +98,7 @@ void add_pictures(Json& root, Document& doc, const Shading& shading, Extensions&
     colours["baseColorTexture"] = std::move(texture);
   }
   if (shading.normals == Normals::texture) {
-    const std::size_t texture = add_texture(root, doc.add_view(shading.picture));
+    const std::size_t texture = add_texture(root, doc.buffer.add_view(shading.picture));
     root["materials"][0]["normalTexture"] = {{"index", texture}};
   }
   if (shading.has_places()) extensions.needed.push_back("EXT_texture_webp");
@@ -156,9 +122,9 @@ std::string document_json(Document& doc, const EncodeInput& input, Vec3 t) {
   add_pictures(root, doc, input.shading, extensions);
   root["extensionsRequired"] = root["extensionsUsed"] = extensions.needed;
   for (Json& name : extensions.useful) root["extensionsUsed"].push_back(std::move(name));
-  root["accessors"] = std::move(doc.accessors);
-  root["bufferViews"] = std::move(doc.views);
-  root["buffers"] = Json::array({{{"byteLength", doc.binary.size()}}});
+  root["accessors"] = std::move(doc.buffer.accessors);
+  root["bufferViews"] = std::move(doc.buffer.views);
+  root["buffers"] = Json::array({{{"byteLength", doc.buffer.bytes.size()}}});
   root["extras"] = {{"geometric_error", input.geometric_error_m}};
   return root.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -175,7 +141,7 @@ std::string encode_glb(const EncodeInput& input, const PublishedMesh& published)
   add_primitive(doc, relative(mesh.terrain, mesh.translation), grid);
   if (!mesh.skirts.triangles.empty()) add_primitive(doc, relative(mesh.skirts, mesh.translation), grid);
   std::string json = document_json(doc, input, mesh.translation);
-  return pack_glb(std::move(json), std::move(doc.binary));
+  return pack_glb(std::move(json), std::move(doc.buffer.bytes));
 }
 
 }  // namespace cordillera::pipeline

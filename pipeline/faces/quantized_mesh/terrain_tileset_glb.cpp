@@ -1,91 +1,35 @@
 #include "pipeline/faces/quantized_mesh/terrain_tileset_glb.h"
 
-#include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include "pipeline/encode/glb.h"
-#include "pipeline/encode/json.h"
-#include "pipeline/encode/little_endian.h"
 #include "pipeline/faces/quantized_mesh/quantized_mesh_bounds.h"
 
 namespace cordillera::pipeline::faces {
 namespace {
 
-constexpr int kFloat = 5126, kShort = 5123, kInt = 5125, kVertices = 34962, kIndices = 34963;
-
-using Float3 = std::array<float, 3>;
-
-/// glTF's y is up: x, z, -y.
-Float3 y_up(const proto::Vec3& v) { return {static_cast<float>(v.x), static_cast<float>(v.z), static_cast<float>(-v.y)}; }
-
-/// Bytes of the buffer and the JSON that says what they are.
-struct GlbBuffer {
-  std::string bytes;
-  Json views = Json::array(), accessors = Json::array();
-
-  std::size_t add(const std::vector<Float3>& vectors) {
-    Float3 low = vectors[0], high = low;
-    const std::size_t start = bytes.size();
-    for (const Float3& v : vectors) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        low[k] = std::min(low[k], v[k]);
-        high[k] = std::max(high[k], v[k]);
-        append_little_endian(bytes, std::bit_cast<std::uint32_t>(v[k]));
-      }
-    }
-    view(start, kVertices);
-    accessors.push_back({{"bufferView", views.size() - 1},
-                         {"componentType", kFloat},
-                         {"count", vectors.size()},
-                         {"type", "VEC3"},
-                         {"min", low},
-                         {"max", high}});
-    return accessors.size() - 1;
-  }
-
-  template <class Indices>
-  std::size_t add_indices(const Indices& indices, bool wide, int target) {
-    const std::size_t start = bytes.size();
-    for (const std::uint32_t index : indices) {
-      if (wide) {
-        append_little_endian(bytes, index);
-      } else
-        append_little_endian(bytes, static_cast<std::uint16_t>(index));
-    }
-    view(start, target);
-    accessors.push_back({{"bufferView", views.size() - 1},
-                         {"componentType", wide ? kInt : kShort},
-                         {"count", indices.size()},
-                         {"type", "SCALAR"}});
-    return accessors.size() - 1;
-  }
-
- private:
-  void view(std::size_t start, int target) {
-    views.push_back({{"buffer", 0}, {"byteOffset", start}, {"byteLength", bytes.size() - start}});
-    if (target != 0) views.back()["target"] = target;
-    pad(bytes, 4, '\0');
-  }
-};
-
 Json primitive_of(const QuantizedSurface& surface, const std::vector<proto::Vec3>& at, const proto::Vec3& centre,
                   GlbBuffer& buffer) {
-  std::vector<Float3> positions, normals;
+  std::vector<GltfVector> positions, normals;
   for (std::size_t v = 0; v < at.size(); ++v) {
     positions.push_back(y_up(at[v] - centre));
     normals.push_back(y_up(surface.vertices[v].normal));
   }
   std::vector<std::uint32_t> corners;
   for (const Triangle& t : surface.triangles) corners.insert(corners.end(), t.begin(), t.end());
-  const bool wide = at.size() > 65534;
+  const int type = index_type(at.size());
   Json out;
-  out["attributes"] = {{"POSITION", buffer.add(positions)}, {"NORMAL", buffer.add(normals)}};
-  out["indices"] = buffer.add_indices(corners, wide, kIndices);
+  Json attributes;
+  attributes["POSITION"] = buffer.add_vectors(positions);
+  buffer.add_bounds(positions);
+  attributes["NORMAL"] = buffer.add_vectors(normals);
+  buffer.add_bounds(normals);
+  out["attributes"] = std::move(attributes);
+  out["indices"] = buffer.add_indices(corners, type, kGltfIndices);
   out["material"] = 0;
   Json edges;
   constexpr std::array<const char*, 4> kNames = {"left", "bottom", "right", "top"};
-  for (std::size_t side = 0; side < 4; ++side) edges[kNames[side]] = buffer.add_indices(surface.sides[side], wide, 0);
+  for (std::size_t side = 0; side < 4; ++side) edges[kNames[side]] = buffer.add_indices(surface.sides[side], type, 0);
   out["extensions"] = {{"CESIUM_tile_edges", edges}};
   return out;
 }
