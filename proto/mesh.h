@@ -59,4 +59,10 @@ struct TileMesh {
   std::size_t vertices() const { return x.size(); }
 };
 
+inline bool is_void(const TileMesh& mesh, std::uint32_t vertex) { return (mesh.mark[vertex] & kVoid) != 0; }
+/// No corner is void.
+inline bool is_published(const TileMesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
+  return ((mesh.mark[triangle[0]] | mesh.mark[triangle[1]] | mesh.mark[triangle[2]]) & kVoid) == 0;
+}
+
 }  // namespace cordillera::proto

@@ -48,7 +48,7 @@ class Mender {
  private:
   using Joined = std::array<std::uint32_t, kRowWidth>;  // by sides of a polygon or by diagonals: a bit for each other end
 
-  bool is_void(std::uint32_t v) const { return (mesh_.mark[v] & proto::kVoid) != 0; }
+  bool is_void(std::uint32_t v) const { return proto::is_void(mesh_, v); }
   std::uint32_t cap(std::uint32_t v) const { return most_neighbours(mesh_, v, caps_); }
 
   // Finest positions first, so that the border thins evenly and no star grows long.

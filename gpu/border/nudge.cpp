@@ -48,7 +48,7 @@ bool nudge(Rings& rings, proto::TileMesh& mesh, std::uint32_t v) {
 }  // namespace
 
 std::uint32_t nudge_inwards(Rings& rings, proto::TileMesh& mesh, Steps steps) {
-  const auto has_data = [&](std::uint32_t v) { return (mesh.mark[v] & proto::kVoid) == 0; };
+  const auto has_data = [&](std::uint32_t v) { return !is_void(mesh, v); };
   const auto may_step = [&](std::uint32_t v) {
     const auto ring = rings.ring(v);
     return steps == Steps::anywhere || !has_data(v) || std::all_of(ring.begin(), ring.end(), has_data);

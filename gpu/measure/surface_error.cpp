@@ -96,10 +96,7 @@ class Measurement {
     return owned;
   }
 
-  bool is_published(std::uint32_t triangle) const {
-    const auto& [a, b, c] = mesh_.triangles[triangle];
-    return ((mesh_.mark[a] | mesh_.mark[b] | mesh_.mark[c]) & proto::kVoid) == 0;
-  }
+  bool is_published(std::uint32_t triangle) const { return proto::is_published(mesh_, mesh_.triangles[triangle]); }
 
   void triangle(std::uint32_t index) {
     const auto& [a, b, c] = mesh_.triangles[index];

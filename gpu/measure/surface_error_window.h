@@ -74,7 +74,7 @@ class Rims {
     for (const auto& t : mesh.triangles) {
       for (int k = 0; k < 3; ++k) {
         const std::uint32_t a = t[k], b = t[(k + 1) % 3], other = t[(k + 2) % 3];
-        if (((mesh.mark[a] | mesh.mark[b]) & proto::kVoid) != 0 || (mesh.mark[other] & proto::kVoid) == 0) continue;
+        if (is_void(mesh, a) || is_void(mesh, b) || !is_void(mesh, other)) continue;
         edges_.push_back(std::uint64_t{b} << 32 | a);
         on_rim_[a] = on_rim_[b] = 1;
       }

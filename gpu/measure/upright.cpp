@@ -69,7 +69,7 @@ std::vector<std::uint32_t> turned_triangles(const Upright& upright, const proto:
   std::vector<std::uint32_t> found;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& [a, b, c] = mesh.triangles[t];
-    if ((mesh.mark[a] | mesh.mark[b] | mesh.mark[c]) & proto::kVoid) continue;
+    if (!is_published(mesh, mesh.triangles[t])) continue;
     const auto point = [&](std::uint32_t v) { return MeshPoint{mesh.x[v], mesh.y[v], mesh.height[v]}; };
     if (!upright.is({point(a), point(b), point(c)})) found.push_back(t);
   }

@@ -58,8 +58,8 @@ class Flipper {
     const auto at = [&](std::uint32_t v) { return MeshPoint{mesh_.x[v], mesh_.y[v], mesh_.height[v]}; };
     return {at(t[0]), at(t[1]), at(t[2])};
   }
-  bool is_void(std::uint32_t v) const { return (mesh_.mark[v] & proto::kVoid) != 0; }
-  bool is_published(const Triangle& t) const { return !is_void(t[0]) && !is_void(t[1]) && !is_void(t[2]); }
+  bool is_void(std::uint32_t v) const { return proto::is_void(mesh_, v); }
+  bool is_published(const Triangle& t) const { return proto::is_published(mesh_, t); }
   bool fits(const Triangle& t) const {
     const auto c = corners(t);
     return twice_area(c[0], c[1], c[2]) > 0 && upright_.is(c) &&

@@ -39,8 +39,8 @@ class MeasuredMesh {
   static constexpr Id kNone = kNoTriangle;
   static constexpr int kMostSteps = 64;  ///< of a walk from triangle to triangle
 
-  bool is_void(std::uint32_t v) const { return (mesh_.mark[v] & proto::kVoid) != 0; }
-  bool published(const Triangle& t) const { return !is_void(t[0]) && !is_void(t[1]) && !is_void(t[2]); }
+  bool is_void(std::uint32_t v) const { return proto::is_void(mesh_, v); }
+  bool published(const Triangle& t) const { return proto::is_published(mesh_, t); }
   std::uint32_t cap(std::uint32_t v) const { return most_neighbours(mesh_, v, kWeldedCaps) + crowd_; }
   bool has_room(std::uint32_t v, std::uint32_t reserve = 0) const { return valence_[v] + reserve < cap(v); }
 

@@ -231,7 +231,7 @@ Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limi
 }
 
 bool split_side(proto::TileMesh& mesh, const MeshPoint& p) {
-  const auto is_void = [&](std::uint32_t v) { return (mesh.mark[v] & proto::kVoid) != 0; };
+  const auto is_void = [&](std::uint32_t v) { return proto::is_void(mesh, v); };
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (unsigned k = 0; k < 3; ++k) {
       const std::array<std::uint32_t, 3>& corners = mesh.triangles[t];

@@ -60,7 +60,7 @@ class Thinner {
     return std::move(*rings);
   }
 
-  bool is_void(std::uint32_t v) const { return (mesh_.mark[v] & proto::kVoid) != 0; }
+  bool is_void(std::uint32_t v) const { return proto::is_void(mesh_, v); }
   MeshPoint point(std::uint32_t v) const { return {mesh_.x[v], mesh_.y[v], mesh_.height[v]}; }
 
   /// An inner vertex with data all around.

@@ -158,7 +158,7 @@ class ComposedMeter::Ground {
         error_m_(mesh.triangles.size(), max_error_m),
         least_m_(kRoundingSteps * ecef_step_m + max_error_m),
         rounding_m_(kRoundingSteps * ecef_step_m),
-        index_(welded_, is_published),
+        index_(welded_, proto::is_published),
         loose_(lattice, tile, mesh.side, ecef_step_m, loose.samples),
         at_(welded_.vertices()),
         on_rim_(welded_.vertices(), 0) {

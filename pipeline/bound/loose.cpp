@@ -195,7 +195,7 @@ Loose joined(const std::array<const Loose*, 4>& children, std::int32_t child_sid
 LeftOut left_out(const TileMesh& mesh, const TileMesh& finer, double finer_error_m, const Loose& of_finer) {
   LeftOut left;
   left.loose.patches.side = mesh.side;
-  const TriangleIndex published(mesh, is_published);
+  const TriangleIndex published(mesh, proto::is_published);
   std::vector<std::uint32_t> near;
   for (const gpu::MeshPoint& p : of_finer.samples)
     if (!covers(mesh, published, p, near)) left.loose.samples.push_back(p);

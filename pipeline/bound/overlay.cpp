@@ -32,10 +32,6 @@ Common common_part(const std::array<PlanPoint, 3>& a, const std::array<PlanPoint
   return part;
 }
 
-bool is_published(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& t) {
-  return ((mesh.mark[t[0]] | mesh.mark[t[1]] | mesh.mark[t[2]]) & proto::kVoid) == 0;
-}
-
 std::array<PlanPoint, 3> plan_of(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& t) {
   std::array<PlanPoint, 3> corners;
   for (std::size_t k = 0; k < 3; ++k) corners[k] = {static_cast<double>(mesh.x[t[k]]), static_cast<double>(mesh.y[t[k]])};

@@ -23,9 +23,6 @@ struct Common {
 /// Empty when the triangles do not meet; may have no area when they only touch.
 Common common_part(const std::array<PlanPoint, 3>& a, const std::array<PlanPoint, 3>& b);
 
-/// No corner is void.
-bool is_published(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& triangle);
-
 std::array<PlanPoint, 3> plan_of(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& triangle);
 
 /// Finds the triangles of a mesh whose boxes meet a box, of those for which wanted is true.

@@ -18,9 +18,8 @@ constexpr int kSteps = 9;                // of a bisection that starts from a fa
 constexpr double kCloseEnough = 0.01;    // relative to the share
 
 std::size_t published_triangles(const proto::TileMesh& mesh) {
-  return static_cast<std::size_t>(std::count_if(mesh.triangles.begin(), mesh.triangles.end(), [&](const auto& t) {
-    return !((mesh.mark[t[0]] | mesh.mark[t[1]] | mesh.mark[t[2]]) & proto::kVoid);
-  }));
+  return static_cast<std::size_t>(
+      std::count_if(mesh.triangles.begin(), mesh.triangles.end(), [&](const auto& t) { return is_published(mesh, t); }));
 }
 
 /// A tile of the sample, and the sub-tree that it is in.

@@ -16,9 +16,8 @@ std::uint32_t next(std::uint32_t corner) { return corner % 3 == 2 ? corner - 2 :
 std::vector<Triangle> visible_triangles(const proto::TileMesh& mesh) {
   std::vector<Triangle> visible;
   visible.reserve(mesh.triangles.size());
-  const auto is_void = [&](std::uint32_t v) { return (mesh.mark[v] & proto::kVoid) != 0; };
   for (const Triangle& t : mesh.triangles) {
-    if (!is_void(t[0]) && !is_void(t[1]) && !is_void(t[2])) visible.push_back(t);
+    if (is_published(mesh, t)) visible.push_back(t);
   }
   return visible;
 }

@@ -102,7 +102,7 @@ void fill_strip(TileMesh& mesh, const Run& outer, const Run& inner) {
 // A square without vertices between its corners. Only where it is the tile's border can it have data.
 void fill_square(TileMesh& mesh, const Square& square) {
   const std::array<std::uint32_t, 4> c{square[0].vertex[0], square[1].vertex[0], square[2].vertex[0], square[3].vertex[0]};
-  const auto none = [&](std::size_t k) { return (mesh.mark[c[k]] & proto::kVoid) != 0; };
+  const auto none = [&](std::size_t k) { return is_void(mesh, c[k]); };
   // Both triangles contain the diagonal: a void end of it makes both void.
   for (std::size_t turn = 0; turn < 2; ++turn) {
     if (!none(turn) && !none(turn + 2)) continue;
