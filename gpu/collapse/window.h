@@ -8,6 +8,7 @@
 #include <bit>
 #include <cstdint>
 
+#include "gpu/device/bits.h"
 #include "gpu/mesh/rings.h"
 #include "gpu/mesh/valence_limits.h"
 #include "proto/host_device.h"
@@ -36,28 +37,6 @@ enum WindowMark : std::uint8_t {
 
 /// What happened to a vertex: kDead, or kTouched + wave of the last change of its ring, or kStale from the start.
 enum WindowState : std::uint8_t { kClean = 0, kDead = 1, kTouched = 2, kStale = 255 };
-
-CORDILLERA_HD inline std::uint32_t hash32(std::uint32_t v) {
-  v ^= v >> 16;
-  v *= 0x7feb352du;
-  v ^= v >> 15;
-  v *= 0x846ca68bu;
-  return v ^ (v >> 16);
-}
-CORDILLERA_HD inline std::uint32_t float_bits(float f) {
-  union {
-    float f;
-    std::uint32_t u;
-  } bits{f};
-  return bits.u;
-}
-CORDILLERA_HD inline float bits_float(std::uint32_t u) {
-  union {
-    std::uint32_t u;
-    float f;
-  } bits{u};
-  return bits.f;
-}
 
 /// Valence, marks and the hash of the position, in one word.
 class VertexInfo {

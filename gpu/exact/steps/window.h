@@ -1,6 +1,7 @@
 #pragma once
 // A window: up to a thousand neighbouring vertices of a block, in a multiprocessor's shared memory or a core's cache. What has a
 // neighbour outside does not move.
+#include "gpu/device/bits.h"
 #include "gpu/exact/steps/mesh.h"
 #include "gpu/exact/steps/triangle.h"
 
@@ -91,20 +92,6 @@ struct WindowView {
 CORDILLERA_HD inline int valence_cap(std::uint8_t flag) {
   if (!(flag & kHeldSide)) return kInnerValence;
   return (flag & kBlockCorner) ? kCornerValence : kSideValence;
-}
-CORDILLERA_HD inline std::uint32_t hash32(std::uint32_t v) {
-  v ^= v >> 16;
-  v *= 0x7feb352du;
-  v ^= v >> 15;
-  v *= 0x846ca68bu;
-  return v ^ (v >> 16);
-}
-CORDILLERA_HD inline std::uint32_t float_bits(float f) {
-  union {
-    float f;
-    std::uint32_t u;
-  } bits{f};
-  return bits.u;
 }
 /// Does key a of vertex u come before key b of vertex v?
 CORDILLERA_HD inline bool comes_before(std::uint32_t a, int u, std::uint32_t b, int v) { return a < b || (a == b && u < v); }
