@@ -1,34 +1,20 @@
 #include "server/api/documents/browser_pages.h"
 
+#include "pipeline/tileset/html_text.h"
 #include "server/api/documents/openapi.h"
 #include "server/http/json.h"
 
 namespace cordillera::server {
 namespace {
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '&')
-      out += "&amp;";
-    else if (c == '"')
-      out += "&quot;";
-    else
-      out += c;
-  }
-  return out;
-}
+using pipeline::html_text;
 
 std::string parameters_html(const Json& operation) {
   std::string out;
   for (const Json& parameter : operation.value("parameters", Json::array())) {
     if (!parameter.contains("name")) continue;
-    out += "<tr><td><code>" + escaped(parameter["name"].get<std::string>()) + "</code></td><td>" +
-           escaped(parameter.value("in", "")) + "</td><td>" + escaped(parameter.value("description", "")) + "</td></tr>\n";
+    out += "<tr><td><code>" + html_text(parameter["name"].get<std::string>()) + "</code></td><td>" +
+           html_text(parameter.value("in", "")) + "</td><td>" + html_text(parameter.value("description", "")) + "</td></tr>\n";
   }
   return out.empty() ? "" : "<details><summary>parameters</summary><table>" + out + "</table></details>\n";
 }
@@ -36,8 +22,8 @@ std::string parameters_html(const Json& operation) {
 std::string operation_html(const std::string& method, const std::string& path, const Json& operation) {
   std::string upper = method;
   for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  return "<h3><code>" + upper + " " + escaped(path) + "</code></h3>\n<p>" + escaped(operation.value("summary", "")) + "</p>\n" +
-         parameters_html(operation);
+  return "<h3><code>" + upper + " " + html_text(path) + "</code></h3>\n<p>" + html_text(operation.value("summary", "")) +
+         "</p>\n" + parameters_html(operation);
 }
 
 std::string made_page() {
