@@ -10,7 +10,7 @@ proto::Result<std::vector<BlockMesh>> Engine<Executor>::simplify_above(const Gro
   const auto rings = ring_mesh(start, ground.columns, ground.rows);
   if (!rings.ok()) return rings.problem();
   executor_->use(follow.stop);
-  StopWatch watch;
+  proto::StopWatch watch;
   times_ = {};
   Block block;
   block.west = ground.west, block.south = ground.south;

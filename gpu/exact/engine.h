@@ -9,14 +9,13 @@
 //   parallel(n, work)                         work(i) on threads of the host
 //   use(stop), wait(), name()            stop: windows are left out once it is true; may be null
 //   give_back(array)                     what is not needed before the next call
-#include <chrono>
-
 #include "gpu/exact/engine_makers.h"
 #include "gpu/exact/ground.h"
 #include "gpu/exact/hem.h"
 #include "gpu/exact/levels.h"
 #include "gpu/exact/steps/bounds.h"
 #include "gpu/exact/steps/eight_columns.h"
+#include "proto/stop_watch.h"
 
 namespace cordillera::gpu::exact {
 
@@ -24,18 +23,6 @@ namespace cordillera::gpu::exact {
 struct SampleRows {
   const std::int32_t* first = nullptr;
   std::int64_t stride = 0;
-};
-
-class StopWatch {
- public:
-  double lap() {
-    const double before = at_;
-    at_ = std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-    return at_ - before;
-  }
-
- private:
-  double at_ = std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 };
 
 SideSamples side_samples(const Block& block, Side side);
@@ -74,14 +61,15 @@ class Engine final : public BlockSimplifier {
     std::size_t sample = 0, square[kTiers] = {};
   };
 
-  void begin(std::span<const Block> blocks, const BlockPlan& plan, StopWatch& watch);
+  void begin(std::span<const Block> blocks, const BlockPlan& plan, proto::StopWatch& watch);
   enum class Holds { samples, squares };
   void lay_out_blocks(std::span<const Block> blocks, const BlockPlan& plan, Holds holds);
   void fit_bins();
   void choose_bin_bits();
   void load_ground(const Ground& ground, const std::vector<Depth>& depths);
   void load_start(const RingMesh& start);
-  proto::Result<std::vector<std::vector<BlockMesh>>> run_levels(const BlockPlan& plan, const Watch& follow, StopWatch& watch);
+  proto::Result<std::vector<std::vector<BlockMesh>>> run_levels(const BlockPlan& plan, const Watch& follow,
+                                                                proto::StopWatch& watch);
   void hand_out_squares(const Watch& follow);
   void load(std::span<const Block> blocks);
   void load_curves(std::span<const Block> blocks);

@@ -17,7 +17,7 @@ proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::simplify(st
                                                                               const BlockPlan& plan, const Watch& follow) {
   if (auto problem = check_call(blocks, plan)) return *problem;
   executor_->use(follow.stop);
-  StopWatch watch;
+  proto::StopWatch watch;
   begin(blocks, plan, watch);
   hand_out_squares(follow);
   return run_levels(plan, follow, watch);
@@ -25,7 +25,7 @@ proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::simplify(st
 
 template <class Executor>
 proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::run_levels(const BlockPlan& plan, const Watch& follow,
-                                                                                StopWatch& watch) {
+                                                                                proto::StopWatch& watch) {
   const auto stopped = [&follow] { return follow.stop && *follow.stop; };
   const proto::Problem cancelled{"cancelled", "the call was stopped", "", ""};
   const std::size_t blocks = blocks_.size();
@@ -59,7 +59,7 @@ proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::run_levels(
 
 /// All that comes before the first level.
 template <class Executor>
-void Engine<Executor>::begin(std::span<const Block> blocks, const BlockPlan& plan, StopWatch& watch) {
+void Engine<Executor>::begin(std::span<const Block> blocks, const BlockPlan& plan, proto::StopWatch& watch) {
   times_ = {};
   lay_out_blocks(blocks, plan, Holds::samples);
   load(blocks);

@@ -11,9 +11,9 @@
 
 #include "pipeline/faces/document.h"
 #include "pipeline/faces/look.h"
-#include "pipeline/faces/lru.h"
 #include "pipeline/faces/mesh_index.h"
 #include "pipeline/store/store.h"
+#include "proto/lru.h"
 
 namespace cordillera::raster {
 class Geoid;
@@ -82,9 +82,9 @@ class Terrain {
 
   std::shared_ptr<const StoreReader> store_;
   Look look_;
-  mutable Lru<proto::TileAddress, std::shared_ptr<const MeshIndex>> meshes_;
-  mutable Lru<std::string, Document> documents_;
-  mutable Lru<std::pair<proto::TileAddress, Encoding>, Document> tiles_;
+  mutable proto::Lru<proto::TileAddress, std::shared_ptr<const MeshIndex>> meshes_;
+  mutable proto::Lru<std::string, Document> documents_;
+  mutable proto::Lru<std::pair<proto::TileAddress, Encoding>, Document> tiles_;
   mutable std::mutex geoid_mutex_;
   mutable std::unique_ptr<Undulation> undulation_;
   mutable std::mutex outline_mutex_;

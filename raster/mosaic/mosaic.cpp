@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <list>
 #include <set>
 
 #include "proto/ellipsoid.h"
 #include "proto/integers.h"
+#include "proto/lru.h"
 #include "raster/mosaic/blend.h"
 #include "raster/storage/storage.h"
 
@@ -135,11 +135,6 @@ class Mosaic final : public Source {
   }
 
  private:
-  struct Open {
-    std::size_t member;
-    std::unique_ptr<Source> source;
-  };
-
   /// The window of kMemberLattice that holds places.
   static Window around(std::span<const double> longitude_deg, std::span<const double> latitude_deg) {
     const auto [west, east] = std::minmax_element(longitude_deg.begin(), longitude_deg.end());
@@ -183,18 +178,14 @@ class Mosaic final : public Source {
   }
 
   proto::Result<Source*> opened(std::size_t member) {
-    const auto found = std::find_if(open_.begin(), open_.end(), [&](const Open& open) { return open.member == member; });
-    if (found != open_.end()) {
-      open_.splice(open_.begin(), open_, found);
-      return open_.front().source.get();
-    }
+    if (const auto open = open_.find(member)) return open->get();
     const MosaicMember& m = members_[member];
     auto source = m.decimation ? open_decimated(m.path, m.name, m.trust, m.options, m.decimation)
                                : open_source(m.path, m.name, m.trust, m.options);
     if (!source.ok()) return source.problem();
-    open_.push_front({member, std::move(*source)});
-    if (open_.size() > kOpenMembers) open_.pop_back();
-    return open_.front().source.get();
+    const std::shared_ptr<Source> kept = std::move(*source);
+    open_.keep(member, kept, 1);
+    return kept.get();
   }
 
   /// A pole is one point: all of its row that has data gets the height of the first raster that has it.
@@ -236,7 +227,7 @@ class Mosaic final : public Source {
   std::vector<MosaicMember> members_;
   double feather_m_;
   proto::Source description_;
-  std::list<Open> open_;  ///< the last used first
+  proto::Lru<std::size_t, std::shared_ptr<Source>> open_{kOpenMembers};  ///< each counts one
 };
 
 double pixel_m(const proto::Source& source) { return std::sqrt(source.pixel_width_m() * source.pixel_height_m()); }

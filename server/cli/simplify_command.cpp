@@ -2,7 +2,6 @@
 #include "server/cli/simplify_command.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <ctime>
 #include <filesystem>
@@ -12,6 +11,7 @@
 #include "gpu/fit/vertical_error.h"
 #include "pipeline/build/workers.h"
 #include "proto/mesh_file/mesh_file.h"
+#include "proto/stop_watch.h"
 #include "server/cli/progress_bar.h"
 #include "server/cli/simplify_report.h"
 
@@ -21,18 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 using proto::CoordinateType;
 using proto::TriangleMesh;
-
-class Clock {
- public:
-  /// Since the start or the last call.
-  double seconds() {
-    const auto now = std::chrono::steady_clock::now();
-    return std::chrono::duration<double>(now - std::exchange(last_, now)).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 /// Asked before the work, which may take minutes.
 proto::Result<void> check_output(const std::string& output) {
@@ -138,10 +126,10 @@ int run(const SimplifyLine& line, const SimplifyRequest& request) {
   SimplifyReport report;
   report.input = line.input;
   report.output = line.output;
-  Clock clock;
+  proto::StopWatch watch;
   auto file = proto::read_mesh_file(line.input);
   if (!file) return fail(file.problem());
-  report.read_seconds = clock.seconds();
+  report.read_seconds = watch.lap();
   TriangleMesh& read = file->mesh;
   report.source = file->encoding;
   report.input_vertices = read.vertices();
@@ -162,11 +150,11 @@ int run(const SimplifyLine& line, const SimplifyRequest& request) {
   const SimplifyOutcome outcome = best_outcome(judge, result, *proto::encoding_for(line.output, file->encoding), request.target);
   report.written = outcome.encoding;
   report.error = outcome.error;
-  clock.seconds();
+  watch.lap();
   if (auto written = proto::write_mesh_file(line.output, outcome.mesh, outcome.encoding); !written) {
     return fail(written.problem());
   }
-  report.write_seconds = clock.seconds();
+  report.write_seconds = watch.lap();
   std::cout << (line.show == Show::json ? report_json(report) : report_table(report)) << std::flush;
   return kDone;
 }

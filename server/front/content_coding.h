@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "pipeline/faces/lru.h"
+#include "proto/lru.h"
 #include "proto/result.h"
 #include "server/http/message.h"
 
@@ -23,7 +23,7 @@ class ContentCoder {
   std::shared_ptr<const std::string> kept(const std::string& name, const std::function<std::string()>& make);
 
   /// For answers that name no other place: the viewer's and the service's own, of which there are few.
-  pipeline::faces::Lru<std::string, std::shared_ptr<const std::string>> kept_{std::size_t{16} << 20};
+  proto::Lru<std::string, std::shared_ptr<const std::string>> kept_{std::size_t{16} << 20};
 };
 
 /// What a client may say as Content-Encoding, besides nothing and identity.

@@ -7,7 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "pipeline/faces/lru.h"
+#include "proto/lru.h"
 #include "server/http/message.h"
 
 namespace cordillera::server::front {
@@ -32,7 +32,7 @@ class KeptAnswers {
   static constexpr std::size_t kMost_bytes = std::size_t{32} << 20;
 
  private:
-  using Shelf = pipeline::faces::Lru<std::string, std::shared_ptr<const KeptAnswer>>;
+  using Shelf = proto::Lru<std::string, std::shared_ptr<const KeptAnswer>>;
   void forget_others(std::uint64_t state);
   Shelf& shelf(const std::string& path) { return shelves_[std::hash<std::string>()(path) % shelves_.size()]; }
 

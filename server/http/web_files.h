@@ -7,7 +7,7 @@
 #include <string>
 #include <unordered_map>
 
-#include "pipeline/faces/lru.h"
+#include "proto/lru.h"
 
 namespace cordillera::server {
 
@@ -25,7 +25,7 @@ class WebFiles {
 
  private:
   std::mutex mutex_;
-  pipeline::faces::Lru<std::string, std::shared_ptr<const WebFile>> kept_{std::size_t{32} << 20};
+  proto::Lru<std::string, std::shared_ptr<const WebFile>> kept_{std::size_t{32} << 20};
   std::unordered_map<std::string, std::weak_ptr<const WebFile>> read_;  ///< by somebody still, though it may not be kept
 };
 

@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-namespace cordillera::pipeline::faces {
+namespace cordillera::proto {
 
 /// Thread-safe. Values are copied out: hold large ones by a shared pointer.
 template <class Key, class Value>
@@ -23,7 +23,7 @@ class Lru {
     return entries_.front().value;
   }
 
-  std::size_t bytes() {
+  std::size_t bytes() const {
     const std::lock_guard lock(mutex_);
     return bytes_;
   }
@@ -52,6 +52,16 @@ class Lru {
     places_.erase(found);
   }
 
+  /// All with keys from first to last, which is one of them.
+  void remove_range(const Key& first, const Key& last) {
+    std::list<Entry> all;  // freed without the lock
+    const std::lock_guard lock(mutex_);
+    for (auto at = places_.lower_bound(first); at != places_.end() && !(last < at->first); at = places_.erase(at)) {
+      bytes_ -= at->second->bytes;
+      all.splice(all.begin(), entries_, at->second);
+    }
+  }
+
   /// What is larger than everything that may be kept is not.
   void keep(const Key& key, Value value, std::size_t bytes) {
     const std::lock_guard lock(mutex_);
@@ -73,10 +83,10 @@ class Lru {
     Value value;
     std::size_t bytes = 0;
   };
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::list<Entry> entries_;  // the last used first
   std::map<Key, typename std::list<Entry>::iterator> places_;
   std::size_t most_bytes_, bytes_ = 0;
 };
 
-}  // namespace cordillera::pipeline::faces
+}  // namespace cordillera::proto
