@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <charconv>
 #include <functional>
 #include <optional>
 
 #include "proto/letters.h"
+#include "proto/numbers.h"
 #include "proto/utf8.h"
 #include "raster/gdal/formats.h"
 #include "raster/open/dataset.h"
@@ -72,13 +72,6 @@ std::string name_of(GDALRasterBand& band) {
   return variable != nullptr ? variable : band.GetDescription();
 }
 
-std::optional<int> whole_number(const std::string& text) {
-  int number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (text.empty() || error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return number;
-}
-
 /// The only band whose name is as wanted; 0: there is none, or more than one.
 int only_band(GDALDataset& dataset, const std::function<bool(const std::string&)>& wanted) {
   int found = 0;
@@ -93,7 +86,7 @@ int only_band(GDALDataset& dataset, const std::function<bool(const std::string&)
 /// 0: there is no such band.
 int number_of(GDALDataset& dataset, const std::string& asked) {
   const int bands = dataset.GetRasterCount();
-  if (const auto number = whole_number(asked)) return *number >= 1 && *number <= bands ? *number : 0;
+  if (const auto number = proto::number<int>(asked)) return *number >= 1 && *number <= bands ? *number : 0;
   for (int k = 1; k <= bands; ++k)
     if (name_of(*dataset.GetRasterBand(k)) == asked) return k;
   return only_band(dataset, [&](const std::string& name) { return proto::same_letters(name, asked); });

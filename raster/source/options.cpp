@@ -1,10 +1,10 @@
 #include "raster/source/options.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include "proto/mesh.h"
+#include "proto/numbers.h"
 #include "raster/sample/back_projection.h"
 #include "raster/voids/filled_source.h"
 
@@ -13,10 +13,11 @@ namespace {
 
 using proto::Problem;
 
-/// The whole text as a number.
-bool read_number(const std::string& text, double& out) {
-  const auto [end, error] = std::from_chars(text.data() + (text[0] == '+' ? 1 : 0), text.data() + text.size(), out);
-  return error == std::errc{} && end == text.data() + text.size();
+/// The whole text as a number; it may begin with a "+".
+bool read_number(std::string_view text, double& out) {
+  const auto number = proto::number<double>(text.substr(text.starts_with('+') ? 1 : 0));
+  out = number.value_or(out);
+  return number.has_value();
 }
 
 /// What is filled is void to the raster itself, see filled_source.h.

@@ -1,5 +1,6 @@
 #include "server/client/sender.h"
 
+#include "proto/numbers.h"
 #include "server/http/digest.h"
 
 namespace cordillera::server::client {
@@ -24,11 +25,6 @@ std::string to_base64(const std::string& text) {
     for (std::size_t k = 0; k < 4; ++k) out += at + k <= text.size() ? kDigits[bits >> (18 - 6 * k) & 63] : '=';
   }
   return out;
-}
-
-std::optional<std::uint64_t> number(const std::string& text) {
-  if (text.empty() || text.size() > 18 || text.find_first_not_of("0123456789") != text.npos) return std::nullopt;
-  return std::stoull(text);
 }
 
 /// "uploads/abc", whatever stands before it: the id of an upload.
@@ -100,8 +96,8 @@ proto::Result<Json> Sender::send_parts(LocalFile& file, const PostTarget& target
   talk_.moved();
   if (!note.upload().empty()) {
     const Answer stands = talk_.patiently({"HEAD", path_of(note)});
-    const auto offset = number(stands.header("upload-offset"));
-    if (stands.whole(200) && offset && number(stands.header("upload-length")) == file.size()) {
+    const auto offset = proto::number<std::uint64_t>(stands.header("upload-offset"));
+    if (stands.whole(200) && offset && proto::number<std::uint64_t>(stands.header("upload-length")) == file.size()) {
       first_ = *offset;
     } else if (stands.status == 0) {
       return talk_.problem_of(stands);
@@ -146,7 +142,7 @@ proto::Result<void> Sender::send_rest(LocalFile& file, const UploadNote& note, s
       answer = talk_.patiently({"HEAD", path_of(note)});  // what came before the connection broke is kept
       if (!answer.whole(200)) return talk_.problem_of(answer);
     }
-    const auto stands = number(answer.header("upload-offset"));
+    const auto stands = proto::number<std::uint64_t>(answer.header("upload-offset"));
     if (!stands || *stands > file.size())
       return Problem{"answer-unknown", talk_.address() + " does not say how much of the upload it has",
                      "a service that speaks tus 1.0", ""};

@@ -4,6 +4,7 @@
 #include <iostream>
 #include <thread>
 
+#include "proto/numbers.h"
 #include "server/http/problems.h"
 #include "server/options/spoken_words.h"
 
@@ -32,9 +33,9 @@ bool passes_by(const Answer& answer) {
 }
 
 milliseconds asked_for(const Answer& answer) {
-  const std::string text = answer.header("retry-after");
-  if (text.empty() || text.size() > 4 || text.find_first_not_of("0123456789") != text.npos) return milliseconds(0);
-  return std::chrono::seconds(std::stoi(text));
+  constexpr unsigned kMost_s = 9999;
+  const auto seconds = proto::number<unsigned>(answer.header("retry-after"));
+  return std::chrono::seconds(seconds && *seconds <= kMost_s ? *seconds : 0);
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 #include "server/http/byte_range.h"
 
 #include <algorithm>
-#include <charconv>
 
+#include "proto/numbers.h"
 #include "server/http/json.h"
 
 namespace cordillera::server {
@@ -10,10 +10,8 @@ namespace {
 
 /// Empty is no number here; one that does not fit is as large as one can be.
 std::optional<std::uint64_t> position(std::string_view text) {
-  std::uint64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (text.empty() || end != text.data() + text.size() || error == std::errc::invalid_argument) return std::nullopt;
-  return error == std::errc() ? value : UINT64_MAX;
+  if (text.empty() || text.find_first_not_of("0123456789") != text.npos) return std::nullopt;
+  return proto::number<std::uint64_t>(text).value_or(UINT64_MAX);
 }
 
 /// A strong tag that is the same; a date is none of ours, so what it says has changed (RFC 9110, 13.1.5).
