@@ -2,7 +2,6 @@
 #include <signal.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <filesystem>
 #include <functional>
 #include <iostream>
@@ -23,13 +22,12 @@
 #include "server/cli/stage_times.h"
 #include "server/jobs/child.h"
 #include "server/memory/memory_limit.h"
+#include "server/sandbox/asked_to_stop.h"
 
 namespace cordillera::server {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::atomic<bool> g_stop{false};  // set by a signal handler, which can reach nothing else
 
 int fail(const proto::Problem& problem) {
   complain(problem);
@@ -71,8 +69,7 @@ int dry_run(const pipeline::BuildRequest& request, Show show) {
 proto::Result<proto::Manifest> build_store(const pipeline::BuildRequest& request, Verbosity words, StageTimes& times) {
   on_out_of_memory(STDERR_FILENO,
                    "\ncordillera: " + out_of_memory(request.options, request.raster_name).line() + "; what was built is kept\n");
-  signal(SIGINT, [](int) { g_stop = true; });
-  signal(SIGTERM, [](int) { g_stop = true; });
+  stop_on({SIGINT, SIGTERM});
   ProgressBar bar(words == Verbosity::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none);
   auto manifest = pipeline::build(
       request,
@@ -80,7 +77,7 @@ proto::Result<proto::Manifest> build_store(const pipeline::BuildRequest& request
         times.enter(progress.stage());
         bar.show(progress);
       },
-      g_stop);
+      g_asked_to_stop);
   bar.finish();
   return manifest;
 }

@@ -3,7 +3,6 @@
 #include <signal.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
@@ -21,6 +20,7 @@
 #include "server/http/json.h"
 #include "server/jobs/child.h"
 #include "server/options/option_values.h"
+#include "server/sandbox/asked_to_stop.h"
 
 namespace cordillera::server {
 namespace {
@@ -28,13 +28,6 @@ namespace {
 namespace fs = std::filesystem;
 namespace work = pipeline::work;
 using proto::Problem;
-
-std::atomic<bool> g_stop{false};  // set by a signal handler, which can reach nothing else
-
-void stop_on_signals() {
-  signal(SIGINT, [](int) { g_stop = true; });
-  signal(SIGTERM, [](int) { g_stop = true; });
-}
 
 int fail(const Problem& problem) {
   complain(problem);
@@ -123,7 +116,7 @@ proto::Result<void> do_stage(const proto::WorkPlan& plan, int number, const Work
   TaskCounter counter(tasks->size(), line.words);
   return work::do_tasks(
       plan, stage, *tasks, order, [&](const proto::WorkTask& task, work::TaskOutcome outcome) { counter.ended(task, outcome); },
-      g_stop);
+      g_asked_to_stop);
 }
 
 int say(const proto::WorkPlan& plan, const std::string& folder) {
@@ -158,14 +151,14 @@ int plan_command(const Settings& settings, const PlanLine& line) {
     return fail({"option-invalid", "the name of " + proto::as_utf8(member.path) + " is no UTF-8, as the text of a plan must be",
                  "a name in UTF-8", "SOURCES"});
   }
-  stop_on_signals();  // until here nothing asks whether to stop, and an end in the middle leaves nothing
+  stop_on({SIGINT, SIGTERM});  // until here nothing asks whether to stop, and an end in the middle leaves nothing
   pipeline::BuildRequest request;
   request.members = std::move(sources->members);
   request.options = settings.build;
   fs::path place = fs::path(line.folder).lexically_normal();
   if (!place.has_filename()) place = place.parent_path();
   request.raster_name = settings.build.name().empty() ? place.filename().string() : settings.build.name();
-  auto plan = work::plan_work(request, g_stop, given);
+  auto plan = work::plan_work(request, g_asked_to_stop, given);
   if (!plan) return fail(plan.problem());
   for (const std::string& skipped : sources->skipped) plan->add_skipped(proto::as_utf8(skipped));
   for (const std::string& warning : settings.build.warnings()) plan->add_warnings(warning);
@@ -178,7 +171,7 @@ int plan_command(const Settings& settings, const PlanLine& line) {
 }
 
 int work_command(const WorkLine& line) {
-  stop_on_signals();
+  stop_on({SIGINT, SIGTERM});
   const auto plan = work::read_plan(line.folder);
   if (!plan) return fail(plan.problem());
   if (line.stage.empty()) {

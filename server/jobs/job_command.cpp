@@ -30,12 +30,11 @@
 #include "server/limits/disk.h"
 #include "server/memory/memory_limit.h"
 #include "server/options/option_values.h"
+#include "server/sandbox/asked_to_stop.h"
 #include "server/sandbox/sandbox.h"
 
 namespace cordillera::server {
 namespace {
-
-std::atomic<bool> g_stop{false};  // set by a signal handler, which can reach nothing else
 
 constexpr rlim_t kMiB = rlim_t{1} << 20;
 constexpr rlim_t kMostFiles = 512;
@@ -106,17 +105,17 @@ std::optional<proto::Problem> look_at(const proto::Job& job, const pipeline::Bui
   const auto source = raster::open_source(request.raster_path, request.raster_name, request.trust, request.options);
   if (!source) return source.problem();
   if (auto refused = too_large(job, job.name(), (*source)->description())) return refused;
-  if (job.provisional()) make_provisional(request, **source, folder, sink, g_stop);
+  if (job.provisional()) make_provisional(request, **source, folder, sink, g_asked_to_stop);
   return std::nullopt;
 }
 
 proto::Result<void> build_job(const proto::Job& job, const std::filesystem::path& folder) {
   const auto sink = [](const proto::Progress& progress) {
-    if (!report(progress)) g_stop = true;
+    if (!report(progress)) g_asked_to_stop = true;
   };
   if (updates::is_update(folder)) {
     const auto large = [&](const std::string& name, const proto::Source& source) { return too_large(job, name, source); };
-    const auto built = updates::build_target(job, folder, large, sink, g_stop);
+    const auto built = updates::build_target(job, folder, large, sink, g_asked_to_stop);
     if (!built) return built.problem();
     return {};
   }
@@ -140,7 +139,7 @@ proto::Result<void> build_job(const proto::Job& job, const std::filesystem::path
   }
   Sharpener sharpener(folder, job.lazy() ? Sharpener::Blocks::looked_at : Sharpener::Blocks::all);
   if (job.provisional() || job.lazy()) request.follower = &sharpener;
-  const auto built = pipeline::build(request, sink, g_stop);
+  const auto built = pipeline::build(request, sink, g_asked_to_stop);
   if (!built) return built.problem();
   return {};
 }
@@ -171,7 +170,7 @@ int job_main(const std::string& folder, int parent, std::uint32_t free_percent) 
   if (fcntl(kReportDescriptor, F_GETFD) == -1) return 2;
   signal(SIGPIPE, SIG_IGN);
   signal(SIGXFSZ, SIG_IGN);
-  signal(SIGTERM, [](int) { g_stop = true; });
+  stop_on({SIGTERM});
   const auto text = proto::bytes_of_file(std::filesystem::path(folder) / kJobFile);
   proto::Job job;
   if (!text || !from_json(*text, &job)) return fail({"internal", "the job's description cannot be read", "", ""});
