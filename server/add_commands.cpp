@@ -4,6 +4,7 @@
 #include <iostream>
 #include <memory>
 
+#include "pipeline/exports/mesh/mesh_output.h"
 #include "server/cli/export_command.h"
 #include "server/cli/path_kind.h"
 #include "server/cli/simplify_command.h"
@@ -154,9 +155,9 @@ void add_build(CommandLine& commands) {
       ->expected(1, -1);
   constexpr const char* kOutput = "Output";  // a group of the table's, too
   build
-      ->add_option(
-          "-o,--output", line.output,
-          "folder to write; or a file, by its name: .sqlite, .pmtiles, .mbtiles, .3tz, or a mesh (.glb, .ply, .obj, .stl)")
+      ->add_option("-o,--output", line.output,
+                   "folder to write; or a file, by its name: .sqlite, .pmtiles, .mbtiles, .3tz, or a mesh (" +
+                       pipeline::exports::mesh_endings_text(", ") + ")")
       ->group(kOutput);
   build
       ->add_flag_callback(
@@ -236,7 +237,9 @@ void add_export(CommandLine& commands) {
   auto* command = commands.add("export", "write a dataset as one file, or a part of it as one mesh",
                                [held] { return export_command(*held); });
   command->add_option("source", line.source, "a dataset.sqlite, or a dataset's folder in a server's data");
-  command->add_option("-o,--output", line.output, "what to write: .pmtiles, .mbtiles, .3tz, or a mesh: .glb, .ply, .obj, .stl")
+  command
+      ->add_option("-o,--output", line.output,
+                   "what to write: .pmtiles, .mbtiles, .3tz, or a mesh: " + pipeline::exports::mesh_endings_text(", "))
       ->type_name("FILE");
   command->add_option("--format", line.format, "which tiles an archive holds [" + face_names() + "]")->type_name("NAME");
   for (const LookOption& option : look_options())

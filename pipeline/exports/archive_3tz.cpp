@@ -74,7 +74,7 @@ bool fits_3tz(const faces::Face& face) { return face.entry == kEntry; }
 
 proto::Result<void> write_3tz(const faces::Terrain& terrain, const faces::Face& face, const std::string& path, Existing other,
                               unsigned threads) {
-  return write_whole(path, other, [&](const fs::path& sibling) { write(terrain, face, threads, sibling); });
+  return write_export(path, other, [&](const fs::path& sibling) { write(terrain, face, threads, sibling); });
 }
 
 }  // namespace cordillera::pipeline::exports

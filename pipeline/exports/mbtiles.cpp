@@ -95,7 +95,7 @@ bool fits_mbtiles(const faces::Face& face) {
 
 proto::Result<void> write_mbtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path, Existing other,
                                   unsigned threads) {
-  return write_whole(path, other, [&](const fs::path& sibling) {
+  return write_export(path, other, [&](const fs::path& sibling) {
     Database database(sibling.string(), Database::Mode::create);
     database.execute(kTables);
     Transaction all(database);

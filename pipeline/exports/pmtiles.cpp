@@ -153,12 +153,12 @@ bool fits_pmtiles(const faces::Face& face) { return tiles_of(face) != nullptr; }
 
 proto::Result<void> write_pmtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path, Existing other,
                                   unsigned threads) {
-  return write_whole(path, other, [&](const fs::path& sibling) { write(terrain, face, {}, threads, sibling); });
+  return write_export(path, other, [&](const fs::path& sibling) { write(terrain, face, {}, threads, sibling); });
 }
 
 proto::Result<void> write_pmtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path,
                                   const ArchiveBounds& bounds) {
-  return write_whole(path, Existing::replace, [&](const fs::path& sibling) { write(terrain, face, bounds, 1, sibling); });
+  return write_export(path, Existing::replace, [&](const fs::path& sibling) { write(terrain, face, bounds, 1, sibling); });
 }
 
 }  // namespace cordillera::pipeline::exports

@@ -37,8 +37,8 @@ proto::Result<void> check_output_file(const std::string& path, Existing other) {
   return {};
 }
 
-proto::Result<void> write_whole(const std::string& path, Existing other,
-                                const std::function<void(const fs::path& sibling)>& write) {
+proto::Result<void> write_export(const std::string& path, Existing other,
+                                 const std::function<void(const fs::path& sibling)>& write) {
   if (const auto usable = check_output_file(path, other); !usable) return usable;
   std::error_code error;
   // A link goes on pointing to what it points to.

@@ -22,13 +22,14 @@ struct Refused {
 /// there.
 faces::Document made(const faces::Terrain& terrain, const faces::Resource& resource, const faces::Place& place);
 
-/// Whether write_whole would take the path: to be asked before hours of work.
+/// Whether write_export would take the path: to be asked before hours of work.
 proto::Result<void> check_output_file(const std::string& path, Existing other);
 
 /// Calls write with a sibling of path that does not exist yet, and moves it into place. What write throws (Refused, StoreError,
-/// the standard streams' and file system's failures) is a problem, and its file is gone.
-proto::Result<void> write_whole(const std::string& path, Existing other,
-                                const std::function<void(const std::filesystem::path& sibling)>& write);
+/// the standard streams' and file system's failures) is a problem, and its file is gone. It does not wait for the disk, as
+/// raster::write_whole does: an export is made again from its store.
+proto::Result<void> write_export(const std::string& path, Existing other,
+                                 const std::function<void(const std::filesystem::path& sibling)>& write);
 
 /// A file that goes with the scope, unless it was moved away.
 class TemporaryFile {

@@ -26,7 +26,7 @@ using pipeline::faces::Face;
 using pipeline::faces::Terrain;
 using proto::Problem;
 
-constexpr const char* kEndings = ".pmtiles, .mbtiles, .3tz, .glb, .ply, .obj or .stl";
+std::string endings() { return ".pmtiles, .mbtiles, .3tz, " + mesh_endings_text(" or "); }
 
 /// A kind of archive: what its files are called, which faces it can hold, and how it is written.
 struct ArchiveKind {
@@ -90,7 +90,7 @@ proto::Result<unsigned> threads_of(const ExportLine& line) {
 proto::Result<std::string> export_archive(const ArchiveKind& archive, const ExportLine& line, const Terrain& terrain) {
   if (!line.mesh.empty()) {
     return Problem{"usage", line.mesh.front().first + " is for meshes: a ." + std::string(archive.ending) + " holds all tiles",
-                   ".glb, .ply, .obj or .stl", line.mesh.front().first};
+                   mesh_endings_text(" or "), line.mesh.front().first};
   }
   const auto face = face_for(archive, line.format);
   if (!face) return face.problem();
@@ -112,7 +112,7 @@ proto::Result<std::string> export_mesh(MeshKind kind, const ExportLine& line, co
   if (const auto held = check_frame(kind, request->frame); !held) return held.problem();
   const auto mesh = extract_mesh(terrain, *request);
   if (!mesh) return mesh.problem();
-  const auto written = write_whole(line.output, line.other, [&](const fs::path& sibling) {
+  const auto written = write_export(line.output, line.other, [&](const fs::path& sibling) {
     std::ofstream out = opened(sibling);
     write_mesh(out, *mesh, kind, terrain.manifest());
   });
@@ -146,13 +146,11 @@ bool is_archive_name(const std::string& output) { return archive_of(output) != n
 bool is_export_name(const std::string& output) { return archive_of(output) != nullptr || mesh_kind(ending_of(output)); }
 
 proto::Result<void> check_export(const ExportLine& line) {
-  if (line.output.empty()) {
-    return Problem{"usage", "export needs to know where to write", std::string("-o FILE") + kEndings, "--output"};
-  }
+  if (line.output.empty()) { return Problem{"usage", "export needs to know where to write", "-o FILE" + endings(), "--output"}; }
   const ArchiveKind* const archive = archive_of(line.output);
   const char* const look = line.look.given();
   if (archive == nullptr && !mesh_kind(ending_of(line.output))) {
-    return Problem{"usage", "the name " + line.output + " does not say what to write", kEndings, "--output"};
+    return Problem{"usage", "the name " + line.output + " does not say what to write", endings(), "--output"};
   }
   if (const auto threads = threads_of(line); !threads) return threads.problem();
   if (archive == nullptr) {

@@ -55,6 +55,21 @@ std::optional<MeshKind> mesh_kind(std::string_view ending) {
   return std::nullopt;
 }
 
+std::vector<std::string> mesh_endings() {
+  std::vector<std::string> endings;
+  for (const OutputKind& kind : kKinds) endings.emplace_back(kind.ending);
+  return endings;
+}
+
+std::string mesh_endings_text(std::string_view last) {
+  std::string text;
+  for (const OutputKind& kind : kKinds) {
+    const bool first = &kind == kKinds.begin(), ends = &kind == kKinds.end() - 1;
+    text.append(first ? "" : ends ? last : ", ").append(".").append(kind.ending);
+  }
+  return text;
+}
+
 std::string_view media_type(MeshKind kind) { return kKinds[static_cast<std::size_t>(kind)].type; }
 
 proto::Result<void> check_frame(MeshKind kind, MeshFrame frame) {

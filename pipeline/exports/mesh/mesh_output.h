@@ -4,6 +4,7 @@
 #include <ostream>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "pipeline/exports/mesh/mesh_extract.h"
 #include "proto/result.h"
@@ -15,6 +16,10 @@ enum class MeshKind : std::uint8_t { glb, ply, obj, stl };
 /// "glb" and so on; without a dot, in small letters.
 std::optional<MeshKind> mesh_kind(std::string_view ending);
 std::string_view media_type(MeshKind kind);
+/// All of them.
+std::vector<std::string> mesh_endings();
+/// ".glb, .ply, .obj or .stl"; last: what stands before the last, " or " here.
+std::string mesh_endings_text(std::string_view last);
 
 /// What a format cannot hold is refused: glTF's and STL's 32-bit floats have no room for degrees, nor STL's for earth-centred
 /// metres.

@@ -1,4 +1,5 @@
 // What the paths of the API's description refer to.
+#include "pipeline/exports/mesh/mesh_output.h"
 #include "proto/lattice.h"
 #include "server/api/documents/openapi.h"
 #include "server/datasets/registry.h"
@@ -217,8 +218,7 @@ Json parameters() {
   all["z"] = in_path("z", "level", level);
   all["x"] = in_path("x", "column, from longitude -180 eastward; below a root, from its western side", whole);
   all["y"] = in_path("y", "row; which end it counts from, the operation says", whole);
-  all["mesh_format"] =
-      in_path("mesh_format", "kind of file", {{"type", "string"}, {"enum", Json::array_t{"glb", "ply", "obj", "stl"}}});
+  all["mesh_format"] = in_path("mesh_format", "kind of file", {{"type", "string"}, {"enum", pipeline::exports::mesh_endings()}});
   all["client"] = in_path(
       "client", "map library",
       {{"type", "string"}, {"enum", Json::array_t{"cesium", "threejs", "deckgl", "maplibre", "openlayers", "leaflet", "qgis"}}});
