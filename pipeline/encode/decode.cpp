@@ -1,8 +1,5 @@
 #include "pipeline/encode/decode.h"
 
-#include <cmath>
-#include <numbers>
-
 #include "pipeline/encode/glb.h"
 #include "pipeline/encode/json.h"
 
@@ -54,18 +51,6 @@ proto::Result<DecodedGlb> decode_glb(std::string_view bytes) {
   try {
     return decode(Json::parse(chunks->first), chunks->second);
   } catch (const Json::exception& e) { return damaged(std::string("its JSON is not a tile's: ") + e.what()); }
-}
-
-DrcPoint drc_point(const DecodedDrc& tile, std::size_t vertex) {
-  const auto& [u, v, h] = tile.points[vertex];
-  if (tile.web_mercator) {
-    const double tiles = std::ldexp(1, tile.z), up = 1 - 2 * (tile.y + 1 - static_cast<double>(v) / tile.side) / tiles;
-    return {-180 + (tile.x + static_cast<double>(u) / tile.side) * 360 / tiles,
-            std::atan(std::sinh(std::numbers::pi * up)) * 180 / std::numbers::pi, h * tile.height_step};
-  }
-  const double degrees = 180 / std::ldexp(1, tile.z);
-  return {-180 + (tile.x + static_cast<double>(u) / tile.side) * degrees,
-          -90 + (tile.y + static_cast<double>(v) / tile.side) * degrees, h * tile.height_step};
 }
 
 }  // namespace cordillera::pipeline

@@ -26,10 +26,4 @@ struct DecodedGlb {
 proto::Result<DecodedDrc> decode_drc(std::string_view bytes);
 proto::Result<DecodedGlb> decode_glb(std::string_view bytes);
 
-/// The published formula of .drc tiles.
-struct DrcPoint {
-  double longitude_deg = 0, latitude_deg = 0, height_m = 0;
-};
-DrcPoint drc_point(const DecodedDrc& tile, std::size_t vertex);
-
 }  // namespace cordillera::pipeline

@@ -12,6 +12,7 @@
 #include "pipeline/encode/glb.h"
 #include "pipeline/encode/json.h"
 #include "pipeline/encode/region.h"
+#include "tests/pipeline/drc_point.h"
 #include "tests/pipeline/encode_synthetic.h"
 
 namespace cordillera::pipeline {

@@ -8,6 +8,7 @@
 
 #include "pipeline/encode/decode.h"
 #include "pipeline/encode/json.h"
+#include "tests/pipeline/drc_point.h"
 #include "tests/pipeline/quantized_mesh_dataset.h"
 
 namespace cordillera::pipeline {

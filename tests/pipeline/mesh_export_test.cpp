@@ -13,6 +13,7 @@
 #include "pipeline/exports/mesh/mesh_output.h"
 #include "proto/mesh_file/mesh_file.h"
 #include "tests/pipeline/archive_readers.h"
+#include "tests/pipeline/drc_point.h"
 #include "tests/pipeline/exports_dataset.h"
 
 namespace cordillera::pipeline::exports {
