@@ -1,6 +1,6 @@
 #pragma once
-// What keys are made of: a hash that mixes all bits of a number, and a float's bits. Of floats that are not negative the bits are
-// in the order of the numbers.
+// What keys are made of: a hash that mixes all bits of a number, and the bits of a float or a double. Of those that are not
+// negative the bits are in the order of the numbers.
 #include <cstdint>
 
 #include "proto/host_device.h"
@@ -14,19 +14,20 @@ CORDILLERA_HD inline std::uint32_t hash32(std::uint32_t v) {
   v *= 0x846ca68bu;
   return v ^ (v >> 16);
 }
-CORDILLERA_HD inline std::uint32_t float_bits(float f) {
+
+/// The bits of a number as another type of its size.
+template <class To, class From>
+CORDILLERA_HD inline To same_bits(From from) {
+  static_assert(sizeof(To) == sizeof(From));
   union {
-    float f;
-    std::uint32_t u;
-  } bits{f};
-  return bits.u;
+    From from;
+    To to;
+  } bits{from};
+  return bits.to;
 }
-CORDILLERA_HD inline float bits_float(std::uint32_t u) {
-  union {
-    std::uint32_t u;
-    float f;
-  } bits{u};
-  return bits.f;
-}
+CORDILLERA_HD inline std::uint32_t float_bits(float f) { return same_bits<std::uint32_t>(f); }
+CORDILLERA_HD inline float bits_float(std::uint32_t u) { return same_bits<float>(u); }
+CORDILLERA_HD inline std::uint64_t double_bits(double d) { return same_bits<std::uint64_t>(d); }
+CORDILLERA_HD inline double bits_double(std::uint64_t u) { return same_bits<double>(u); }
 
 }  // namespace cordillera::gpu

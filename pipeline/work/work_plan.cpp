@@ -162,12 +162,12 @@ void add_merges(const Namer& namer, Keys below, proto::WorkPlan& work) {
 
 /// Blocks of the size that is asked for, and what follows from it.
 void set_blocks(const PlanGiven& given, proto::Plan& plan) {
-  std::int64_t most = given.block_samples;
-  if (most == 0 && given.blocks > 0) {
-    most =
-        (plan.window(2) - std::int64_t{plan.window(0)} + 1) * (plan.window(3) - std::int64_t{plan.window(1)} + 1) / given.blocks;
-  }
-  if (most > 0) use_smaller_blocks(plan, std::max(most, kLeastBlockSamples));
+  const std::int64_t samples =
+      (plan.window(2) - std::int64_t{plan.window(0)} + 1) * (plan.window(3) - std::int64_t{plan.window(1)} + 1);
+  if (given.block_samples > 0)
+    use_smaller_blocks(plan, std::max(given.block_samples, kLeastBlockSamples));
+  else if (given.blocks > 0)
+    use_smaller_blocks(plan, samples_a_block(samples, given.blocks));
 }
 
 /// The numbers of an earlier plan where its rasters lie now. Where that is farther apart, coarse levels are rounded in another

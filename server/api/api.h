@@ -66,6 +66,8 @@ Response limits_in_effect(Service& service);
 
 /// The client to which an upload is counted: its token, or its address.
 std::string sender(const Request& request);
+/// Bytes, as a header announces them; nullopt: in more than 18 digits.
+std::optional<std::uint64_t> announced_bytes(const std::string& length);
 uploads::Bounds upload_bounds(Service& service, const Request& request);
 /// POST /v1/datasets. id: what the dataset is to be called, which none is yet; empty: a name that nobody can guess.
 Response post_dataset(Service& service, const Request& request, const std::string& id = "");

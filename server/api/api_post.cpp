@@ -213,9 +213,7 @@ proto::Result<void> receive_files(Service& service, const Request& request, Form
 /// Its files are written down while they come, with a place as any other; its fields are options as if they stood in the query.
 Response post_form(Service& service, const Request& request, FormReader form) {
   const std::string announced = request.header("content-length").value_or("");
-  const auto bytes = announced.empty() || announced.size() > 18
-                         ? std::nullopt
-                         : std::optional<std::uint64_t>(std::strtoull(announced.c_str(), nullptr, 10));
+  const auto bytes = announced.empty() ? std::nullopt : announced_bytes(announced);
   auto place = service.admission().enter(sender(request), bytes, limits::Entry::fresh);
   if (!place) return problem_response(place.problem());
   Upload upload(service.layout(), "");

@@ -189,9 +189,8 @@ RangedSource::Answer RangedSource::ask(const Run& run, const Terms& terms) {
     return head.status == 206 && !other && range && range->first == first && range->count == count &&
            (head.length == 0 || head.length == count);
   };
-  // The host of an object's signed address is the operator's own storage.
-  const std::string& named = is_object(place_.address) && !led_on_ ? place_.address : at_;
-  if (const auto allowed = check_address(settings_, named); !allowed) return {Is::refused, "", "", allowed.problem()};
+  // Where it leads is looked at as it leads there, and an object's signed address is that of the operator's own storage.
+  if (const auto allowed = check_address(settings_, place_.address); !allowed) return {Is::refused, "", "", allowed.problem()};
   for (int redirects = 0; redirects <= kMostRedirects; ++redirects) {
     answer.bytes.clear();
     const Got got = talk_.get(
@@ -202,7 +201,6 @@ RangedSource::Answer RangedSource::ask(const Run& run, const Terms& terms) {
       auto next = led_to(settings_, at_, got.location);
       if (!next) return {Is::refused, "", "", next.problem()};
       at_ = std::move(*next);
-      led_on_ = true;
       continue;
     }
     if (got.status == 0) return {Is::late, "", got.trouble, {}};
@@ -241,12 +239,11 @@ proto::Result<void> RangedSource::fetch(const Run& run, const std::function<bool
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
     if (stopped()) return pipeline::kCancelled;
     // Where it led to, and a signature, may be good for some minutes alone.
-    const bool known = !at_.empty() && (led_on_ || is_object(place_.address));
+    const bool known = !at_.empty() && at_ != place_.address;
     if (at_.empty()) {
       const auto begin = http_address(place_.address);
       if (!begin) return unreachable(place_.address, "its storage signs no address any more");
       at_ = *begin;
-      led_on_ = false;
     }
     answer = ask(run, terms);
     if (answer.is == Answer::Is::whole) return keep(run, answer.bytes);

@@ -77,8 +77,7 @@ class RangedSource {
   std::string full_;  ///< why there is no room; before claim_, which may fill it
   const std::unique_ptr<limits::Space::Claim> claim_;
   HttpTalk talk_;
-  std::string at_;       ///< what is asked for: where the address led to last, or an object's signed address
-  bool led_on_ = false;  ///< by a redirect
+  std::string at_;  ///< what is asked for: where the address led to last, or an object's signed address
   int file_ = -1, map_file_ = -1;
   std::string map_;
   bool noted_ = true, lost_ = false;  ///< the map is on disk; the disk has lost what was written

@@ -11,8 +11,8 @@ namespace cordillera::server::front {
 namespace {
 
 constexpr auto kTick = std::chrono::milliseconds(250);
-constexpr auto kNews =
-    std::chrono::milliseconds(50);  // a build that reports often is told of twenty times a second; one, at once
+// A build that reports often is told of twenty times a second; one that does not, at once.
+constexpr auto kNews = std::chrono::milliseconds(50);
 constexpr std::size_t kScratch = std::size_t{256} << 10;
 
 /// One more, until the pointer goes.

@@ -131,15 +131,16 @@ void JobQueue::serve_next() {
 void JobQueue::tell_who_waits() {
   if (unfinished_ <= concurrency_) return;
   const std::lock_guard lock(mutex_);
-  for (const auto& [id, job] : running_) {
-    if (job.lazy) std::ofstream(layout_.dataset(id) / kOthersWaitFile);
-  }
+  for (const auto& [id, job] : running_) say_others_wait(id, job);
 }
 
 void JobQueue::ask_to_end(const std::string& id) {
   const std::lock_guard lock(mutex_);
-  const auto running = running_.find(id);
-  if (running != running_.end() && running->second.lazy) std::ofstream(layout_.dataset(id) / kOthersWaitFile);
+  if (const auto running = running_.find(id); running != running_.end()) say_others_wait(id, running->second);
+}
+
+void JobQueue::say_others_wait(const std::string& id, const Running& job) const {
+  if (job.lazy) std::ofstream(layout_.dataset(id) / kOthersWaitFile);
 }
 
 void JobQueue::retry_later(Turn turn) {

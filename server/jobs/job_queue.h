@@ -121,7 +121,8 @@ class JobQueue {
   void serve_next();
   void tell_who_waits();                   ///< to jobs that may only wait for looks
   void ask_to_end(const std::string& id);  ///< the same of one
-  void retry_later(Turn turn);             ///< one attempt more
+  void say_others_wait(const std::string& id, const Running& job) const;
+  void retry_later(Turn turn);  ///< one attempt more
   static std::chrono::seconds wait_before(int attempt);
   Next run(const Turn& turn);
   void tell_fetching(const std::string& id);

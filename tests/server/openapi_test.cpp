@@ -7,6 +7,7 @@
 
 #include "fixture.h"
 #include "pipeline/faces/face.h"
+#include "server/api/requests/routes.h"
 #include "server/http/problems.h"
 #include "server/options/mesh_options.h"
 
@@ -35,6 +36,13 @@ std::string filled(std::string path, std::map<std::string, std::string> values) 
   }
   for (const auto& [name, value] : values) path = std::regex_replace(path, std::regex("\\{" + name + "\\}"), value);
   return path;
+}
+
+Words words_of(const std::string& allow) {
+  Words words;
+  std::istringstream list(allow);
+  for (std::string word; std::getline(list, word, ',');) words.insert(word.substr(word.find_first_not_of(' ')));
+  return words;
 }
 
 TEST(OpenApi, IsOfTheVersionAndCanBeKept) {
@@ -82,6 +90,34 @@ TEST(OpenApi, EveryPathIsAnswered) {
   }
   EXPECT_GT(asked, 20);
   EXPECT_EQ(test.send("DELETE", "/v1/datasets/" + id).status, 204);
+}
+
+TEST(OpenApi, MethodsAreThoseThatAreAllowed) {
+  const Json document = description();
+  for (const auto& [path, item] : document["paths"].items()) {
+    Words described;
+    for (const auto& [method, operation] : item.items()) {
+      if (method == "parameters") continue;
+      std::string upper = method;
+      for (char& c : upper) c = static_cast<char>(c - 'a' + 'A');
+      described.insert(upper);
+    }
+    Words allowed = words_of(allowed_methods(parse_route(filled(path, {}))));
+    allowed.erase("HEAD");
+    allowed.erase("OPTIONS");
+    EXPECT_EQ(described, allowed) << path;
+  }
+}
+
+TEST(OpenApi, EveryRouteIsDescribed) {
+  std::map<const RouteRow*, int> described;
+  const Json document = description();
+  for (const auto& [path, item] : document["paths"].items()) {
+    const RouteRow* const row = parse_route(filled(path, {})).row;
+    EXPECT_NE(row, nullptr) << path;
+    ++described[row];
+  }
+  for (const RouteRow& row : route_table()) EXPECT_GE(described[&row], 1) << row.path << " is in no path";
 }
 
 TEST(OpenApi, EveryFaceIsDescribedWithAndWithoutAVersion) {

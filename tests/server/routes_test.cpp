@@ -29,6 +29,12 @@ TEST(Routes, TheRestIsFound) {
   EXPECT_EQ(found("/v1"), "/v1");
   EXPECT_EQ(found("/v1/datasets"), "/v1/datasets");
   EXPECT_EQ(found("/v1/datasets/a"), "/v1/datasets/{id}");
+  EXPECT_EQ(found("/v1/datasets/a/events"), "/v1/datasets/{id}/events");
+  EXPECT_EQ(found("/v1/datasets/a/manifest.json"), "/v1/datasets/{id}/manifest.json");
+  EXPECT_EQ(found("/v1/datasets/a/demo/leaflet.html"), "/v1/datasets/{id}/demo/{client}.html");
+  EXPECT_EQ(found("/v1/datasets/a/tileset.json"), "/v1/datasets/{id}/{resource}");
+  EXPECT_EQ(found("/healthz"), "/healthz");
+  EXPECT_EQ(found("/readyz"), "/readyz");
   EXPECT_EQ(found("/v1/datasets/a.pmtiles"), "/v1/datasets/{id}.pmtiles");
   EXPECT_EQ(found("/v1/datasets/a/versions/b/mesh.glb"), "/v1/datasets/{id}/mesh.{mesh_format}");
   EXPECT_EQ(found("/v1/live/tileset.json"), "/v1/live");

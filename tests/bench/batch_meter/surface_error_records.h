@@ -3,27 +3,12 @@
 #include <cstdint>
 
 #include "gpu/device/atomic.h"
+#include "gpu/device/bits.h"
 #include "gpu/measure/surface_error_apart.h"
 #include "gpu/measure/surface_error_triangle.h"
 #include "gpu/measure/surface_error_window.h"
 
 namespace cordillera::gpu {
-
-/// A number that is not negative, as bits that have its order; and back.
-CORDILLERA_HD inline std::uint64_t double_bits(double d) {
-  union {
-    double d;
-    std::uint64_t u;
-  } bits{d};
-  return bits.u;
-}
-CORDILLERA_HD inline double bits_double(std::uint64_t u) {
-  union {
-    std::uint64_t u;
-    double d;
-  } bits{u};
-  return bits.d;
-}
 
 /// What is found out about a tile. Errors are not negative, so that the bits of the greatest have its order.
 struct TileTally {
