@@ -7,15 +7,16 @@
 # CORDILLERA_CMAKE_ARGS adds configure options.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-left_out=()
+left_out=() left_unbuilt=()
 if [[ ${1:-} == --all ]]; then
   shift
   export CORDILLERA_ALL_TESTS=1
 elif [[ $# -eq 0 ]]; then
+  left_unbuilt=(-DCORDILLERA_LONG_TESTS=OFF -DCORDILLERA_BENCHES=OFF)
   left_out=(-E "^($(sed -e 's/#.*//' -e 's/[[:space:]]*$//' -e '/^$/d' tests/long.txt | paste -sd '|'))( .*)?$")  # of a test with a parameter ctest has its value, too
 fi
 deploy/install.sh --web
-deploy/build.sh
+CORDILLERA_CMAKE_ARGS="-DCORDILLERA_LONG_TESTS=ON -DCORDILLERA_BENCHES=ON ${left_unbuilt[*]} ${CORDILLERA_CMAKE_ARGS:-}" deploy/build.sh
 # Four more than there are processors: tests wait for a clock of the service, for a disk, or for a browser. With two more, one processor in six
 # had nothing to do.
 exec ctest --test-dir build/release -j"$(($(nproc) + 4))" --output-on-failure "${left_out[@]}" "$@"
