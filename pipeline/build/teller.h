@@ -13,13 +13,14 @@ namespace cordillera::pipeline {
 class Teller {
  public:
   explicit Teller(const ProgressCallback& callback) : callback_(callback) {}
-  void stage(const std::string& name, double total) {
+  /// done: what an earlier process has made.
+  void stage(const std::string& name, double total, double done = 0) {
     progress_.set_stage(name);
     progress_.set_total(total);
     started_ = Clock::now();
     first_ = -1;
     last_ = {};
-    tell(0);
+    tell(done);
   }
   /// One more block is on disk for good.
   void committed_block() {

@@ -17,6 +17,7 @@ namespace {
 constexpr std::size_t kMostMeshBytes = std::size_t{48} << 20;
 constexpr std::size_t kMostDocumentBytes = std::size_t{32} << 20;
 constexpr std::size_t kMostTileBytes = std::size_t{32} << 20;
+constexpr std::size_t kMostTagBytes = std::size_t{1} << 20;  // of some eight thousand tiles
 
 }  // namespace
 
@@ -33,7 +34,8 @@ Terrain::Terrain(std::shared_ptr<const StoreReader> store, Look look)
       look_(std::move(look)),
       meshes_(kMostMeshBytes),
       documents_(kMostDocumentBytes),
-      tiles_(kMostTileBytes) {}
+      tiles_(kMostTileBytes),
+      tags_(kMostTagBytes) {}
 Terrain::~Terrain() = default;
 
 proto::Lattice Terrain::lattice() const { return {static_cast<int>(manifest().max_level())}; }

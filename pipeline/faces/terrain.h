@@ -70,9 +70,13 @@ class Terrain {
     return fresh;
   }
 
+  /// The tag of a document that was made before and need not be kept: who has it already is told so without making it again.
+  std::optional<std::string> known_tag(const std::string& name) const { return tags_.find(name); }
+  void note_tag(const std::string& name, const std::string& tag) const { tags_.keep(name, tag, name.size() + tag.size()); }
+
   /// Memory that what is kept takes at the moment. Waits for nothing that is being made.
   std::size_t kept_bytes() const {
-    return meshes_.bytes() + documents_.bytes() + tiles_.bytes() + store_->cache_bytes() + outline_bytes_;
+    return meshes_.bytes() + documents_.bytes() + tiles_.bytes() + tags_.bytes() + store_->cache_bytes() + outline_bytes_;
   }
 
  private:
@@ -85,6 +89,7 @@ class Terrain {
   mutable proto::Lru<proto::TileAddress, std::shared_ptr<const MeshIndex>> meshes_;
   mutable proto::Lru<std::string, Document> documents_;
   mutable proto::Lru<std::pair<proto::TileAddress, Encoding>, Document> tiles_;
+  mutable proto::Lru<std::string, std::string> tags_;
   mutable std::mutex geoid_mutex_;
   mutable std::unique_ptr<Undulation> undulation_;
   mutable std::mutex outline_mutex_;

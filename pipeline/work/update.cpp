@@ -1,12 +1,11 @@
 #include "pipeline/work/update.h"
 
+#include <algorithm>
 #include <map>
 
-#include "pipeline/build/block_order.h"
 #include "pipeline/build/builder.h"
-#include "pipeline/build/in_flight.h"
+#include "pipeline/build/stages.h"
 #include "pipeline/build/teller.h"
-#include "pipeline/build/water_build.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/work/publish.h"
 #include "pipeline/work/work.h"
@@ -53,62 +52,14 @@ proto::Result<void> prepare_store(const UpdateOrder& order, const std::optional<
   return begin_store(path, plan.plan(), notes);
 }
 
-struct Site {
-  const proto::WorkPlan& plan;
-  StoreWriter& store;
-  Builder& builder;
-  unsigned threads;
-  Teller& teller;
-  const std::atomic<bool>& stop;
-  BlockFollower* follower;
-};
-
-/// Tasks of a stage that are still to be done.
-std::vector<const proto::WorkTask*> open_tasks(const Site& site, const proto::WorkStage& stage) {
-  std::vector<const proto::WorkTask*> open;
-  for (const proto::WorkTask& task : stage.tasks()) {
-    if (!site.store.finished(address_of(task))) open.push_back(&task);
+/// Where no raster lies there is no task.
+Stages stages_of(const proto::WorkPlan& plan) {
+  Stages stages;
+  for (const proto::WorkStage& stage : plan.stages()) {
+    stages.emplace_back();
+    for (const proto::WorkTask& task : stage.tasks()) stages.back().push_back(address_of(task));
   }
-  return open;
-}
-
-proto::Result<void> do_stage(const Site& site, const std::vector<const proto::WorkTask*>& tasks) {
-  double done = 0;
-  const auto is_block = [&](std::size_t k) { return tasks[k]->sources_size() > 0; };
-  std::vector<proto::TileAddress> nodes;
-  for (const proto::WorkTask* task : tasks) nodes.push_back(address_of(*task));
-  BlockOrder order(nodes, is_block(0) ? site.follower : nullptr);
-  const auto make = [&](std::size_t) -> proto::Result<FinishedTask> {
-    if (site.stop) return kCancelled;
-    const std::size_t k = order.next();
-    const proto::TileAddress& node = nodes[k];
-    if (is_block(k)) return site.builder.block(node, [](double) {});
-    return site.builder.merge(node, [&](const proto::TileAddress& child) { return site.store.mesh(child); });
-  };
-  // A merge is one tile: as many side by side as there are threads.
-  const std::size_t at_once = is_block(0) ? site.builder.tasks_at_once() : site.threads;
-  return in_flight(tasks.size(), at_once, make, [&](std::size_t k, FinishedTask&& task) {
-    task.consumed.clear();  // the next version may need them
-    auto committed = site.store.commit(task);
-    if (committed.ok() && is_block(k)) site.teller.committed_block();
-    if (committed.ok()) site.teller.tell(done += is_block(k) ? tasks[k]->samples() : 1);
-    task.mesh.reset();  // a follower shows tiles
-    if (committed.ok() && is_block(k) && site.follower) site.follower->take(std::move(task));
-    return committed;
-  });
-}
-
-proto::Result<void> do_all(const Site& site) {
-  for (int s = 0; s < site.plan.stages_size(); ++s) {
-    const auto tasks = open_tasks(site, site.plan.stages(s));
-    double total = 0;
-    for (const proto::WorkTask* task : tasks) total += s == 0 ? task->samples() : 1;
-    if (tasks.empty()) continue;
-    site.teller.stage(s == 0 ? "build" : "merge", total);
-    const Followed followed(s == 0 ? site.follower : nullptr, site.plan.plan(), site.teller);
-    if (const auto stage = do_stage(site, tasks); !stage.ok()) return stage;
-  }
-  return {};
+  return stages;
 }
 
 }  // namespace
@@ -137,7 +88,7 @@ proto::Result<std::int64_t> first_block_samples(const BuildRequest& request, con
   const auto range = level_range(source.description(), request.options);
   if (!range.ok()) return range.problem();
   const raster::Source::Window w = source.window({range->first});
-  return samples_a_block((w.east - w.west + 1) * (w.north - w.south + 1), kUpdateBlocks);
+  return std::max((w.east - w.west + 1) * (w.north - w.south + 1) / kUpdateBlocks, kSmallExactSamples);
 }
 
 proto::Result<proto::Manifest> update(const UpdateOrder& order, const ProgressCallback& progress, const std::atomic<bool>& stop) {
@@ -145,22 +96,17 @@ proto::Result<proto::Manifest> update(const UpdateOrder& order, const ProgressCa
   teller.stage("plan", 1);
   const BuildRequest& request = order.request;
   const auto before = order.before.empty() ? std::nullopt : plan_in(order.before);
-  const auto plan = plan_work(request, stop, {before ? &*before : nullptr, 0, kUpdateBlocks});
+  const auto plan = plan_work(request, stop, {before ? &*before : nullptr, 0, kUpdateBlocks, order.least_block_samples});
   if (!plan.ok()) return plan.problem();
   if (const auto ready = prepare_store(order, before, *plan); !ready.ok()) return ready.problem();
   auto store = StoreWriter::open(request.store_path, plan->plan(), Existing::refuse);  // what was prepared is not to be lost
   if (!store.ok()) return store.problem();
   Workers workers(request.options.threads());
-  Builder builder(
-      plan->plan(), workers, [&] { return open_source(request); }, {request.options.device(), request.options.memory()}, stop);
+  const Builder::OpenSource open = [&] { return open_source(request); };
+  Builder builder(plan->plan(), workers, open, {request.options.device(), request.options.memory()}, stop);
   if (const auto ready = builder.prepare(); !ready.ok()) return ready.problem();
-  if (const auto done = do_all({*plan, **store, builder, workers.threads(), teller, stop, request.follower}); !done.ok())
-    return done.problem();
-  teller.stage("publish", 1);
-  if (const auto masked = build_water(
-          plan->plan(), workers, [&] { return open_source(request); }, **store, stop);
-      !masked.ok())
-    return masked.problem();
+  const Site site{plan->plan(), builder, workers, open, **store, teller, request.follower, Consumed::kept, stop};
+  if (const auto made = make_stages(site, stages_of(*plan)); !made.ok()) return made.problem();
   auto published = publish_store(**store, request, *plan);
   if (published.ok()) teller.tell(1);
   return published;

@@ -2,7 +2,6 @@
 // A build cut into tasks: blocks first, then merges level by level. Each has a key, the hash of all that its result depends on,
 // so a task that was done once, for this plan or an earlier one in the same folder, is not done again: a changed raster costs the
 // blocks that it touches and what lies above them.
-#include <algorithm>
 #include <atomic>
 #include <string>
 
@@ -22,14 +21,10 @@ struct PlanGiven {
   /// Blocks of so many samples at most, no smaller than kLeastBlockSamples; 0: as large as memory allows. Smaller ones make a
   /// change cheaper; errors above the blocks are bounds, so coarse levels take more triangles.
   std::int64_t block_samples = 0;
-  /// As many as the data has, divided by this, if block_samples is 0; 0: see there.
-  std::int64_t blocks = 0;
+  /// If block_samples is 0, so many blocks that have least_block_samples or more; 0: see there.
+  std::int64_t blocks = 0, least_block_samples = 0;
 };
 inline constexpr std::int64_t kLeastBlockSamples = std::int64_t{513} * 513;
-/// Finest samples that each of so many blocks may have, if they are not to be smaller than that.
-inline std::int64_t samples_a_block(std::int64_t samples, std::int64_t blocks) {
-  return std::max(samples / blocks, kLeastBlockSamples);
-}
 
 /// Fixes numbers, tasks and keys. request.members must be set. Reads no more than a pilot (keep=) or a default error needs; with
 /// error= no pixel at all. Deterministic.

@@ -88,15 +88,30 @@ void add_timing(Response& response, std::chrono::steady_clock::time_point start)
   response.set("Timing-Allow-Origin", "*");
 }
 
+/// What a path names, and in which of its forms it is asked for.
+struct Wanted {
+  pipeline::faces::Found found;
+  bool varies = false;      ///< with Accept-Encoding
+  bool compressed = false;  ///< here, and not at the socket
+
+  /// Of one form of one tile.
+  std::string name() const {
+    const pipeline::faces::Place& place = found.place;
+    std::string name = path_of(*found.resource, place);
+    for (const std::string_view asked : {place.ramp, place.interval, place.normals}) (name += '?') += asked;
+    return compressed ? name + " gzip" : name;
+  }
+};
+
 /// What the client has already, as far as its tag tells: the head of the answer, without reading a byte of the document.
 std::optional<Response> unread(const pipeline::faces::Terrain& terrain, const Request& request, const Route& route,
-                               const pipeline::faces::Found& found) {
-  const pipeline::faces::Resource& resource = *found.resource;
-  if (terrain.manifest().provisional()) return std::nullopt;
-  if (resource.tag == nullptr || !request.headers.contains("if-none-match")) return std::nullopt;
-  auto tag = resource.tag(terrain, found.place);
+                               const Wanted& wanted) {
+  const pipeline::faces::Resource& resource = *wanted.found.resource;
+  if (terrain.manifest().provisional() || !request.headers.contains("if-none-match")) return std::nullopt;
+  auto tag = resource.tag != nullptr ? resource.tag(terrain, wanted.found.place) : terrain.known_tag(wanted.name());
   if (!tag) return std::nullopt;
   Response response = answer({{}, std::move(*tag)}, resource.type, route);
+  if (wanted.varies) response.set("Vary", "Accept-Encoding");
   return if_changed(request, response).status == 304 ? std::optional(std::move(response)) : std::nullopt;
 }
 
@@ -118,18 +133,22 @@ pipeline::faces::Found found_of(const Request& request, const Route& route) {
 }
 
 Response face(const pipeline::faces::Terrain& terrain, const Request& request, const Route& route) {
-  const pipeline::faces::Found found = found_of(request, route);
+  Wanted wanted{found_of(request, route)};
+  const pipeline::faces::Found& found = wanted.found;
+  wanted.varies = found.resource->compression == pipeline::faces::Compression::gzip;
+  wanted.compressed = wanted.varies && accepts_gzip(request);
   const auto start = std::chrono::steady_clock::now();
   if (!pipeline::faces::inside(found.resource->grid, found.place)) return no_tile(terrain.manifest(), found);
-  if (auto unchanged = unread(terrain, request, route, found)) return std::move(*unchanged);
+  if (auto unchanged = unread(terrain, request, route, wanted)) return std::move(*unchanged);
   auto made = found.resource->make(terrain, found.place);
   if (!made) return problem_response(made.problem());
   if (!*made) return no_tile(terrain.manifest(), found);
-  const bool varies = found.resource->compression == pipeline::faces::Compression::gzip,
-             compressed = varies && accepts_gzip(request);
-  Response response = answer(compressed ? gzipped(terrain, **made) : **made, found.resource->type, route);
-  if (varies) response.set("Vary", "Accept-Encoding");
-  if (compressed) response.set("Content-Encoding", "gzip");
+  const pipeline::faces::Document document = wanted.compressed ? gzipped(terrain, **made) : **made;
+  const bool is_tile = found.resource->grid != pipeline::faces::Grid::none;
+  if (is_tile && found.resource->tag == nullptr) terrain.note_tag(wanted.name(), document.etag);
+  Response response = answer(document, found.resource->type, route);
+  if (wanted.varies) response.set("Vary", "Accept-Encoding");
+  if (wanted.compressed) response.set("Content-Encoding", "gzip");
   add_timing(response, start);
   return response;
 }

@@ -31,7 +31,7 @@ std::optional<proto::Problem> take_updates(Given& options, Posting& posting) {
 std::optional<proto::Problem> take_again(const Given& given, Posting& posting) {
   if (posting.delivery.address.empty() || !is_given(given, "build") || posting.settings.build.build() != kLazy)
     return std::nullopt;
-  if (is_given(given, "updates") && posting.updates) return std::nullopt;  // take_lazy says so
+  if (is_given(given, "updates") && posting.updates) return std::nullopt;  // it is copied and kept
   posting.updates = false;
   posting.again = true;
   if (!posting.settings.dry_run) return std::nullopt;
@@ -43,16 +43,15 @@ std::optional<proto::Problem> take_again(const Given& given, Posting& posting) {
 std::optional<proto::Problem> take_lazy(bool asked, Posting& posting) {
   proto::BuildOptions& build = posting.settings.build;
   if (build.build() != kLazy) return std::nullopt;
-  const char* against = posting.updates                                   ? "updates"
-                        : build.has_provisional() && !build.provisional() ? "provisional"
-                        : build.keep_size() > 0                           ? "keep"
-                                                                          : nullptr;
+  const char* against = build.has_provisional() && !build.provisional() ? "provisional"
+                        : build.keep_size() > 0                         ? "keep"
+                                                                        : nullptr;
   if (against == nullptr) return std::nullopt;
   if (asked) {
     return proto::Problem{"options-conflict",
                           std::string("build=lazy makes blocks one by one, in the place of provisional tiles; ") + against +
                               "= does not go with it",
-                          "build=full, or a POST of one raster with error=", "build"};
+                          "build=full, or a POST with error=", "build"};
   }
   build.clear_build();
   return std::nullopt;
@@ -118,7 +117,7 @@ std::optional<proto::Problem> take_several(const Request& request, Posting& post
     return proto::Problem{"options-conflict", "several rasters are kept, as those of updates=1 are",
                           "several files without updates=0", "updates"};
   posting.updates = true;
-  return take_lazy(is_given(request.query, "build"), posting);
+  return std::nullopt;
 }
 
 }  // namespace cordillera::server

@@ -211,6 +211,12 @@ std::optional<proto::SourceChange> Ledger::first(const std::string& id) const {
   return changes && changes->pending_size() > 0 ? std::optional(changes->pending(0)) : std::nullopt;
 }
 
+std::size_t Ledger::pending(const std::string& id) const {
+  const std::lock_guard lock(mutex_);
+  const auto changes = read_file(layout_.dataset(id));
+  return changes ? static_cast<std::size_t>(changes->pending_size()) : 0;
+}
+
 proto::Result<void> Ledger::amend(const std::string& id, const proto::SourceChange& amended) {
   return change(id, [&](proto::SourceChanges& changes) -> proto::Result<void> {
     for (proto::SourceChange& pending : *changes.mutable_pending()) {

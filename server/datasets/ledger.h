@@ -47,7 +47,7 @@ proto::Result<std::vector<proto::DatasetSource>> applied(std::vector<proto::Data
                                                          const proto::SourceChange& change);
 
 /// Thread-safe. Times are UTC. Throws pipeline::StoreError where the list is damaged, or the note of the version that is served;
-/// first() and tidy() do not.
+/// first(), pending() and tidy() do not.
 class Ledger {
  public:
   explicit Ledger(Layout layout) : layout_(std::move(layout)) {}
@@ -65,6 +65,8 @@ class Ledger {
   proto::Result<proto::SourceChange> add(const std::string& id, proto::SourceChange change, std::size_t most, const Bring& bring);
   /// The one whose turn it is; none where the list is damaged.
   std::optional<proto::SourceChange> first(const std::string& id) const;
+  /// How many are still to be done; 0 where the list is damaged.
+  std::size_t pending(const std::string& id) const;
   /// Something was found out about a pending change.
   proto::Result<void> amend(const std::string& id, const proto::SourceChange& change);
   /// The first change came to its end.

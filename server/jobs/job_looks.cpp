@@ -9,7 +9,7 @@ bool is_lazy(const Dataset& dataset) { return dataset.options.build() == kLazy; 
 
 /// A lazy build that has come as far as it does by itself: a look wakes it.
 bool JobQueue::waits_for_looks(const Dataset& dataset) const {
-  if (!is_lazy(dataset)) return false;
+  if (!is_lazy(dataset) || ledger_.pending(dataset.id) > 1) return false;  // another change needs all of its blocks
   const auto shown = pipeline::StoreReader::manifest_of(layout_.provisional(dataset.id).string());
   return shown.ok() && shown->has_done_blocks();
 }

@@ -239,8 +239,9 @@ JobQueue::Next JobQueue::run(const Turn& turn) {
   const int attempt = turn.attempt;
   end_look(id);
   const auto flag = begin(id, Work::build);
-  // Another change of the same dataset is being done, and that thread may be about to end: look again soon.
-  if (!flag) return later(kLookAgain, turn), Next::done;
+  // Another change of the same dataset is being done, and that thread may be about to end, or only wait for looks: look again
+  // soon.
+  if (!flag) return ask_to_end(id), later(kLookAgain, turn), Next::done;
   // Deleting takes the row away first: either it is gone here, or the delete finds this job in running_.
   Row dataset = registry_.find(id);
   if (dataset) {

@@ -19,8 +19,10 @@ JobQueue::Next JobQueue::take_change(const Dataset& dataset, const Turn& turn, c
   log_info("dataset " + id + ": version " + std::to_string(change->number()) + " started");
   metrics::StageClock clock(metrics_);
   const Outcome outcome = take_turn(dataset, *change, clock, stop);
-  clock.end(stop ? "cancelled" : outcome ? "ready" : "failed");
+  const bool paused = !outcome && outcome.problem().type == "paused";
+  clock.end(stop ? "cancelled" : outcome ? "ready" : paused ? "paused" : "failed");
   if (stop) return Next::done;
+  if (paused) return pause(dataset, outcome.problem());
   if (!outcome && is_passing(outcome.problem(), turn.attempt)) {
     if (!served) registry_.set_state(id, State::queued, outcome.problem());
     hub_.touch(id);
@@ -54,6 +56,8 @@ JobQueue::Outcome JobQueue::take_turn(const Dataset& dataset, proto::SourceChang
   if (const auto prepared = updates::prepare(layout_, id, change); !prepared) return prepared.problem();
   proto::Job job = job_of(dataset);
   job.set_request_id(change.request_id());
+  // Of the first version alone, and until another change comes: that needs all of its blocks.
+  job.set_lazy(job.lazy() && dataset.state != State::ready && ledger_.pending(id) == 1);
   Outcome outcome = run_job(folder, std::move(job), {clock, stop});
   if (!outcome || stop) return outcome;
   if (const auto published = updates::publish(layout_, id, keep_versions_); !published) return published.problem();

@@ -83,8 +83,8 @@ proto::Result<proto::Manifest> build_target(const proto::Job& job, const fs::pat
   if (before) order.before = kStoreFile;
   if (job.provisional() && !before) first_look(order.request, progress, stop);
   order.notes.push_back({kVersionNote, version.SerializeAsString()});
-  Sharpener sharpener(".", Sharpener::Blocks::all);
-  if (job.provisional() && !before) order.request.follower = &sharpener;
+  Sharpener sharpener(".", job.lazy() ? Sharpener::Blocks::looked_at : Sharpener::Blocks::all);
+  if ((job.provisional() || job.lazy()) && !before) order.request.follower = &sharpener;
   return work::update(order, progress, stop);
 }
 

@@ -7,6 +7,7 @@
 
 #include "pipeline/store/mesh_files.h"
 #include "server/datasets/dataset_folder.h"
+#include "server/datasets/ledger.h"
 #include "server/log/log.h"
 
 namespace cordillera::server {
@@ -159,7 +160,8 @@ std::uint64_t LiveCache::bytes_of(const Dataset& dataset) const {
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
     const std::string name = entry.path().filename().string();
-    const bool made = name.starts_with(kStoreFile) || name.starts_with(kProvisionalStore);
+    const bool made =
+        name.starts_with(kStoreFile) || name.starts_with(updates::kNextStore) || name.starts_with(kProvisionalStore);
     if (made || (!dataset.address.empty() && !is_record(name))) bytes += size_of(entry.path());
   }
   return bytes;
@@ -168,6 +170,7 @@ std::uint64_t LiveCache::bytes_of(const Dataset& dataset) const {
 /// In an order in which a service that is killed meanwhile finds a build that is to be done.
 void LiveCache::forget_files(const Dataset& dataset) const {
   pipeline::remove_store(parts_.layout.store(dataset.id).string());
+  pipeline::remove_store((parts_.layout.dataset(dataset.id) / updates::kNextStore).string());
   pipeline::remove_store(parts_.layout.provisional(dataset.id).string());
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(parts_.layout.dataset(dataset.id), ignored)) {

@@ -343,6 +343,26 @@ TEST(RasterFaces, TileTemplatesAreAbsoluteWhereTheClientNamedAHost) {
       << "a 304 names what the 200 does";
 }
 
+// A document that nobody has made has such a tag only here: who has it gets a 304, so nothing was made for the answer.
+TEST(RasterFaces, WhatAClientHasIsNotMadeAgain) {
+  for (const char* path : {"terrain-rgb/0/0/0.png", "hillshade/0/0/0.png", "terrain/0/0/0.terrain"}) {
+    const std::string etag = get(path).header("ETag");
+    ASSERT_GT(etag.size(), 10u) << path;
+    const Response unchanged = get(path, {}, {{"if-none-match", etag}});
+    EXPECT_EQ(unchanged.status, 304) << path;
+    EXPECT_EQ(unchanged.header("ETag"), etag) << path;
+    EXPECT_EQ(get(path, {}, {{"if-none-match", "\"other\""}}).status, 200) << path;
+  }
+  const std::string id = built().base().substr(built().base().rfind('/') + 1);
+  const auto terrain = built().service().library().open(id);
+  ASSERT_TRUE(terrain.ok());
+  (*terrain)->note_tag("terrarium/1/0/0.png???", "0123456789abcdef");
+  EXPECT_EQ(get("terrarium/1/0/0.png", {}, {{"if-none-match", "\"0123456789abcdef\""}}).status, 304);
+  EXPECT_EQ(get("terrarium/1/0/0.png", {{"ramp", "x"}}, {{"if-none-match", "\"0123456789abcdef\""}}).status, 304)
+      << "a picture of heights has no ramp";
+  EXPECT_EQ(get("terrarium/1/1/0.png", {}, {{"if-none-match", "\"0123456789abcdef\""}}).status, 404) << "another tile";
+}
+
 TEST(RasterFaces, OutsideTheDataHeightsAreRefusedAndPicturesAreEmpty) {
   const Response heights = get("terrain-rgb/5/0/0.png"), picture = get("hillshade/5/0/0.png");
   EXPECT_EQ(heights.status, 404);

@@ -165,6 +165,32 @@ TEST_F(LazyProgram, BlocksAreMadeWhereSomebodyLooks) {
   EXPECT_EQ(status(id)["build"], "full");
 }
 
+/// With updates=1: its blocks too, with the bytes of a full build; another raster has all of them made first.
+TEST_F(LazyProgram, RastersThatCanBeChangedToo) {
+  const std::string options = "&updates=1&error=8&max_level=" + std::to_string(kFinest);
+  const std::string full = posted(options);
+  ASSERT_TRUE(is_ready(full)) << server_.log();
+  const std::string id = posted(options + "&build=lazy");
+  ASSERT_TRUE(eventually([&] { return get(id, "/manifest.json")["done_blocks"].is_object(); })) << server_.log();
+  const auto bytes = [&](const std::string& of) {
+    return shell("curl -q -s -m 500 -H 'Prefer: wait=500' " + server_.base() + "/v1/datasets/" + of + finest(-kAway_deg) +
+                 " | sha256sum")
+        .output;
+  };
+  EXPECT_FALSE(is_there(id, finest(-kAway_deg)));
+  server_.end(SIGTERM);
+  server_.start(folder_.path(), {"--max-wait", "500"});
+  EXPECT_EQ(bytes(id), bytes(full));
+  EXPECT_FALSE(is_there(id, finest(kAway_deg))) << "nobody has looked there";
+  EXPECT_EQ(status(id)["state"], "running");
+  const Json change = curl("--data-binary @" + raster_ + " -H 'Prefer: wait=500' '" + server_.base() + "/v1/datasets/" + id +
+                           "/sources?name=again.asc&crs=EPSG:4326'");
+  EXPECT_EQ(change.value("state", ""), "done") << change << server_.log();
+  EXPECT_EQ(status(id)["state"], "ready");
+  EXPECT_EQ(get(id, "/sources")["version"], 2);
+  EXPECT_TRUE(is_there(id, finest(kAway_deg)));
+}
+
 TEST_F(LazyProgram, SmallRastersAreBuiltAtOnce) {
   const std::string post = "--data-binary @" + raster_ + " '" + server_.base() +
                            "/v1/datasets?name=hills.asc&crs=EPSG:4326&vertical_datum=ellipsoid&error=20&build=lazy'";
@@ -196,7 +222,7 @@ TEST_F(LazyProgram, PlacesBesideTheDataWakeNobody) {
 }
 
 TEST_F(LazyProgram, WhatDoesNotGoWithItIsRefused) {
-  for (const char* against : {"updates=1", "provisional=off", "keep=0.1"}) {
+  for (const char* against : {"provisional=off", "keep=0.1"}) {
     const Json answer = curl("--data-binary @" + raster_ + " '" + server_.base() +
                              "/v1/datasets?name=hills.asc&crs=EPSG:4326&build=lazy&" + against + "'");
     EXPECT_EQ(answer.value("parameter", ""), "build") << against << answer;

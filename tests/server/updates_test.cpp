@@ -76,7 +76,7 @@ class Updates : public testing::Test {
     const std::string plan = path("plan"), store = path("scratch.sqlite");
     const Ended made =
         shell("cd " + folder_.path().string() + " && rm -rf plan && " + kProgram +
-              " plan list.txt -o plan --vertical-datum ellipsoid --error 60 --max-level 12 --title t --block 512 -q && " +
+              " plan list.txt -o plan --vertical-datum ellipsoid --error 60 --max-level 12 --title t --block 1024 -q && " +
               kProgram + " work plan -q && " + kProgram + " publish plan -o scratch.sqlite --overwrite -q");
     EXPECT_EQ(made.code, 0) << made.output;
     return whole::published(store);

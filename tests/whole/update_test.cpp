@@ -60,7 +60,7 @@ class Update : public testing::Test {
       built_ = static_cast<int>(progress.blocks());
       if (stop_at_ > 0 && built_ >= stop_at_) stop_ = true;
     };
-    return work::update({request, before.empty() ? "" : folder_.path(before), {{"mark", name}}}, told, stop_);
+    return work::update({request, before.empty() ? "" : folder_.path(before), {{"mark", name}}, kBlock * kBlock}, told, stop_);
   }
   void make(const std::string& name, const std::vector<std::string>& names, const std::string& before = "") {
     const auto made = next(name, names, before);

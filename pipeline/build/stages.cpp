@@ -1,0 +1,202 @@
+#include "pipeline/build/stages.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "pipeline/build/block_order.h"
+#include "pipeline/build/in_flight.h"
+#include "pipeline/build/water_build.h"
+#include "pipeline/plan/block_grid.h"
+#include "pipeline/plan/plan.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+/// What of a stage is done, told by tasks side by side. A task's share never falls.
+class Done {
+ public:
+  Done(Teller& teller, double before) : teller_(teller), sum_(before) {}
+  void add(double part) {
+    const std::lock_guard lock(mutex_);
+    teller_.tell(sum_ += part);
+  }
+  /// For a task of so much: tells what its share has grown by.
+  std::function<void(double)> of(double all) {
+    return [this, all, told = std::make_shared<double>(0)](double share) {
+      const std::lock_guard lock(mutex_);
+      if (share <= *told) return;
+      sum_ += all * (share - *told);
+      *told = share;
+      teller_.tell(sum_);
+    };
+  }
+
+ private:
+  Teller& teller_;
+  std::mutex mutex_;
+  double sum_;
+};
+
+/// Those that a build before this one has not committed.
+std::vector<proto::TileAddress> unfinished(const Site& site, std::vector<proto::TileAddress> nodes) {
+  std::erase_if(nodes, [&](const proto::TileAddress& node) { return site.store.finished(node); });
+  return nodes;
+}
+
+proto::Result<void> commit(const Site& site, FinishedTask& task) {
+  if (site.consumed == Consumed::kept) task.consumed.clear();
+  return site.store.commit(task);
+}
+
+const proto::Problem kPaused{"paused", "blocks are made when somebody looks at them", "", ""};
+const proto::Problem kTurnIsOver{"paused", "other builds have their turn", "", "turn"};
+
+// A lazy build's process ends when nobody has looked at another block for so long, and after its turn. Who looks later waits for
+// another process and for its device, several times as long as for a block: it ends early only where other builds wait.
+constexpr auto kLinger = std::chrono::seconds(15), kLingerBeforeOthers = std::chrono::seconds(2);
+constexpr auto kTurn = std::chrono::seconds(60), kTurnBeforeOthers = std::chrono::seconds(20);
+constexpr auto kBetweenLooks = std::chrono::milliseconds(5);
+
+using MakeBlock = std::function<proto::Result<FinishedTask>(const proto::TileAddress&)>;
+using TakeBlock = std::function<proto::Result<void>(std::size_t, FinishedTask&&)>;
+
+/// Those of the blocks that somebody looks at. In the end all of them; or kPaused, kTurnIsOver.
+proto::Result<void> build_looked_at(const Site& site, const std::vector<proto::TileAddress>& blocks, BlockOrder& order,
+                                    const MakeBlock& make, const TakeBlock& take) {
+  using Clock = std::chrono::steady_clock;
+  BlockFollower& follower = *site.follower;
+  const auto has_tiles = [&](const proto::TileAddress& block) { return follower.has_tiles(block); };
+  auto left = std::count_if(blocks.begin(), blocks.end(), has_tiles);
+  const std::size_t at_once = site.builder.tasks_at_once();
+  const auto began = Clock::now();
+  std::optional<Clock::time_point> made;
+  RunningTasks running([&](std::size_t k) { return make(blocks[k]); });
+  for (;;) {
+    if (site.stop) return kCancelled;
+    const bool others_wait = follower.others_wait();
+    const bool is_over = made && Clock::now() - began > (others_wait ? kTurnBeforeOthers : kTurn);
+    if (is_over && running.count() == 0) return kTurnIsOver;
+    // Looks come one after the other, as a map draws: who looks later does not wait for what was begun before.
+    std::vector<std::size_t> wanted = order.looked_at(is_over ? 0 : at_once - running.count());
+    if (wanted.empty() && running.count() == 0) {
+      // What is shown of a store that was lost is nobody's wish any more, and is missing all the same.
+      wanted = order.those([&](const proto::TileAddress& block) { return follower.shows(block); }, at_once);
+      // Those of which nothing can be seen are no reason to wait.
+      if (wanted.empty() && left == 0) wanted = order.those([](const proto::TileAddress&) { return true; }, at_once);
+      if (wanted.empty() && left == 0) return {};
+      const auto linger = !others_wait ? kLinger : made ? kLingerBeforeOthers : std::chrono::seconds(0);
+      if (wanted.empty() && Clock::now() - made.value_or(began) > linger) return kPaused;
+      if (wanted.empty()) {
+        std::this_thread::sleep_for(kBetweenLooks);
+        continue;
+      }
+    }
+    for (const std::size_t k : wanted) running.begin(k);
+    auto ended = running.ended(kBetweenLooks);
+    if (!ended) continue;
+    auto& [k, task] = *ended;
+    if (!task.ok()) return task.problem();
+    if (auto taken = take(k, std::move(task).value()); !taken.ok()) return taken;
+    if (has_tiles(blocks[k])) --left;
+    made = Clock::now();
+  }
+}
+
+/// What a process before this one has made, and not shown any more.
+void show_made(const Site& site, const std::vector<proto::TileAddress>& blocks) {
+  for (const proto::TileAddress& node : blocks) {
+    if (site.store.finished(node) && !site.follower->shows(node)) site.follower->take(site.store.block(node));
+  }
+}
+
+proto::Result<void> build_blocks(const Site& site, const std::vector<proto::TileAddress>& all) {
+  std::vector<proto::TileAddress> blocks = unfinished(site, all);
+  // The largest first: a large one at the end would leave most threads without work.
+  std::stable_sort(blocks.begin(), blocks.end(),
+                   [&](const auto& a, const auto& b) { return samples_of(site.plan, a) > samples_of(site.plan, b); });
+  double total = 0, left = 0;
+  for (const proto::TileAddress& node : all) total += samples_of(site.plan, node);
+  for (const proto::TileAddress& node : blocks) left += samples_of(site.plan, node);
+  site.teller.stage("build", total, total - left);
+  Done done(site.teller, total - left);
+  const auto make = [&](const proto::TileAddress& node) -> proto::Result<FinishedTask> {
+    if (site.stop) return kCancelled;
+    const auto tell = done.of(samples_of(site.plan, node));
+    FinestSink finest;
+    if (BlockFollower* const follower = site.follower) {
+      finest.waits = [=] { return follower->waits_for_finest(node); };
+      finest.take = [=](const std::vector<EncodedTile>& tiles) { follower->take_finest(node, tiles); };
+    }
+    auto task = site.builder.block(node, tell, finest);
+    if (task.ok()) tell(1);
+    return task;
+  };
+  const auto take = [&](std::size_t, FinishedTask&& task) {
+    auto committed = commit(site, task);
+    if (committed.ok()) site.teller.committed_block();
+    task.mesh.reset();  // a follower shows tiles
+    if (committed.ok() && site.follower) site.follower->take(std::move(task));
+    return committed;
+  };
+  const Followed followed(site.follower, site.plan, site.teller);
+  const bool lazy = site.follower && site.follower->lazy();
+  if (lazy) show_made(site, all);
+  BlockOrder order(blocks, site.follower);
+  auto built =
+      lazy ? build_looked_at(site, blocks, order, make, take)
+           : in_flight(
+                 blocks.size(), site.builder.tasks_at_once(), [&](std::size_t) { return make(blocks[order.next()]); }, take);
+  if (built.ok()) site.teller.tell(total);  // parts add up to it but for rounding
+  return built;
+}
+
+/// Stages above the blocks, one after the other.
+proto::Result<void> merge_upwards(const Site& site, const Stages& stages) {
+  std::vector<std::vector<proto::TileAddress>> left;
+  double total = 0, open = 0;
+  for (std::size_t s = 1; s < stages.size(); ++s) {
+    left.push_back(unfinished(site, stages[s]));
+    total += static_cast<double>(stages[s].size());
+    open += static_cast<double>(left.back().size());
+  }
+  if (open == 0) return {};
+  site.teller.stage("merge", total, total - open);
+  Done done(site.teller, total - open);
+  for (const std::vector<proto::TileAddress>& nodes : left) {
+    const auto make = [&](std::size_t k) -> proto::Result<FinishedTask> {
+      if (site.stop) return kCancelled;
+      return site.builder.merge(nodes[k], [&](const proto::TileAddress& child) { return site.store.mesh(child); });
+    };
+    // A merge is one tile: as many side by side as there are threads.
+    const auto merged = in_flight(nodes.size(), site.workers.threads(), make, [&](std::size_t, FinishedTask&& task) {
+      done.add(1);
+      return commit(site, task);
+    });
+    if (!merged.ok()) return merged.problem();
+  }
+  return {};
+}
+
+}  // namespace
+
+Stages stages_of(const proto::Plan& plan) {
+  Stages stages = stages_above(plan);
+  stages.insert(stages.begin(), touched_tiles(plan, static_cast<int>(plan.block_level())));
+  return stages;
+}
+
+proto::Result<void> make_stages(const Site& site, const Stages& stages) {
+  if (const auto built = build_blocks(site, stages.front()); !built.ok()) return built;
+  if (const auto merged = merge_upwards(site, stages); !merged.ok()) return merged;
+  site.teller.stage("publish", 1);
+  return build_water(site.plan, site.workers, site.open, site.store, site.stop);
+}
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,40 @@
+#pragma once
+// The driver of every build in one process: blocks, then what is made above them, stage by stage. A task is committed to the
+// store when it is done, so a build that was ended goes on there. What differs between builds is which tasks there are.
+#include <atomic>
+#include <vector>
+
+#include "pipeline/build/build.h"
+#include "pipeline/build/builder.h"
+#include "pipeline/build/teller.h"
+#include "pipeline/build/workers.h"
+#include "pipeline/store/store.h"
+
+namespace cordillera::pipeline {
+
+/// Meshes in the store that a task has used. kept: the next version may need them.
+enum class Consumed : std::uint8_t { removed, kept };
+
+/// Where tasks are made and where they go. All of it outlives the call.
+struct Site {
+  const proto::Plan& plan;
+  Builder& builder;  ///< of this plan, prepared
+  Workers& workers;
+  const Builder::OpenSource& open;
+  StoreWriter& store;
+  Teller& teller;
+  BlockFollower* follower;  ///< may be null
+  Consumed consumed;
+  const std::atomic<bool>& stop;
+};
+
+/// Nodes of the tasks: those of blocks, then those above them, stage by stage. A stage needs what the ones before it left.
+using Stages = std::vector<std::vector<proto::TileAddress>>;
+/// Of a plan whose window has data everywhere, as far as is known.
+Stages stages_of(const proto::Plan& plan);
+
+/// Makes the tasks that the store does not have yet, and water masks. Then all tiles are in the store, to be published. Problems:
+/// those of the tasks and of the store; "cancelled"; "paused" as build() has it.
+proto::Result<void> make_stages(const Site& site, const Stages& stages);
+
+}  // namespace cordillera::pipeline
