@@ -23,7 +23,7 @@ namespace {
 
 // Rows of a block's samples that one worker reads at a time. The higher a strip, the less is read twice: each looks 13 rows
 // around it. But every worker should have one.
-constexpr std::int64_t kStripRows = 128, kMostStripRows = 320;
+constexpr std::int64_t kStripRows = 128, kMostStripRows = 320, kPieceColumns = 256;
 
 constexpr double kReadShare = 0.2,
                  kFinestShare = 0.75;    // of a block's time, until its samples are read and its finest level is built
@@ -152,19 +152,24 @@ proto::Result<proto::Samples> Builder::read(const proto::TileAddress& node) {
   return samples;
 }
 
-proto::Result<void> Builder::read_into(const raster::Source::Window& window, proto::Samples& samples) {
+proto::Result<void> Builder::read_into(const raster::Source::Window& window, proto::Samples& samples, Workers::Haste haste) {
   const std::int64_t columns = window.east - window.west + 1, rows = window.north - window.south + 1;
   std::mutex mutex;
   std::optional<proto::Problem> problem;
   std::atomic<bool> failed{false};  // a damaged file may take long to say so: once is enough
   const std::int64_t strip_rows = std::clamp<std::int64_t>(rows / workers_.threads(), kStripRows, kMostStripRows);
   const std::int64_t strips = (rows + strip_rows - 1) / strip_rows;
-  workers_.each(static_cast<std::size_t>(strips), [&](std::size_t strip, unsigned worker) {
+  // Each piece looks a little beyond its rim. One block alone has fewer strips than there are threads, though.
+  const std::int64_t pieces = haste == Workers::Haste::none
+                                  ? 1
+                                  : std::clamp<std::int64_t>(2 * workers_.threads() / strips, 1, 1 + columns / kPieceColumns);
+  const auto read = [&](std::size_t k, unsigned worker) {
     if (stop_ || failed) return;
-    const std::int64_t from = rows * static_cast<std::int64_t>(strip) / strips;
-    const auto high = static_cast<std::int32_t>(rows * static_cast<std::int64_t>(strip + 1) / strips - from);
-    const auto part =
-        sources_[worker]->sample(lattice_, window.west, window.south + from, static_cast<std::int32_t>(columns), high);
+    const std::int64_t strip = static_cast<std::int64_t>(k) / pieces, piece = static_cast<std::int64_t>(k) % pieces;
+    const std::int64_t from = rows * strip / strips, west = columns * piece / pieces;
+    const auto high = static_cast<std::int32_t>(rows * (strip + 1) / strips - from),
+               wide = static_cast<std::int32_t>(columns * (piece + 1) / pieces - west);
+    const auto part = sources_[worker]->sample(lattice_, window.west + west, window.south + from, wide, high);
     if (!part.ok()) {
       const std::lock_guard lock(mutex);
       if (!problem) problem = part.problem();
@@ -172,13 +177,14 @@ proto::Result<void> Builder::read_into(const raster::Source::Window& window, pro
       return;
     }
     for (std::int64_t r = 0; r < high; ++r) {
-      const auto to =
-          static_cast<std::ptrdiff_t>((window.south + from + r - samples.south) * samples.columns + (window.west - samples.west));
-      const auto of = static_cast<std::ptrdiff_t>(r * columns), end = of + static_cast<std::ptrdiff_t>(columns);
+      const auto to = static_cast<std::ptrdiff_t>((window.south + from + r - samples.south) * samples.columns +
+                                                  (window.west + west - samples.west));
+      const auto of = static_cast<std::ptrdiff_t>(r * wide), end = of + static_cast<std::ptrdiff_t>(wide);
       std::copy(part->height.begin() + of, part->height.begin() + end, samples.height.begin() + to);
       std::copy(part->flat_water.begin() + of, part->flat_water.begin() + end, samples.flat_water.begin() + to);
     }
-  });
+  };
+  workers_.each(static_cast<std::size_t>(strips * pieces), read, haste);
   if (problem) return *problem;
   return {};
 }
@@ -201,7 +207,8 @@ proto::Result<FinishedTask> Builder::exact_block(const proto::TileAddress& node,
   if (empty) return task;
   proto::Samples samples =
       place.empty_samples();  // not before: pages of blocks without data would take most of the time of a sparse raster
-  if (const auto read = read_into(window, samples); !read.ok()) return read.problem();
+  const auto haste = finest && finest.waits() ? Workers::Haste::somebody_waits : Workers::Haste::none;
+  if (const auto read = read_into(window, samples, haste); !read.ok()) return read.problem();
   if (stop_) return kCancelled;
   if (std::all_of(samples.height.begin(), samples.height.end(), [](std::int32_t h) { return h == proto::kNoHeight; }))
     return task;

@@ -73,7 +73,8 @@ class Builder {
   proto::Result<FinishedTask> exact_block(const proto::TileAddress& node, const std::function<void(double)>& share,
                                           const FinestSink& finest);
   /// Reads what of the window its samples hold; those lie within the window or are void already.
-  proto::Result<void> read_into(const raster::Source::Window& window, proto::Samples& samples);
+  proto::Result<void> read_into(const raster::Source::Window& window, proto::Samples& samples,
+                                Workers::Haste haste = Workers::Haste::none);
   void simplify_on_cpu(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles,
                        const TileDone& done);
   void simplify_batched(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles);

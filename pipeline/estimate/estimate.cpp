@@ -9,7 +9,6 @@
 #include "pipeline/plan/plan.h"
 #include "pipeline/plan/sample_places.h"
 #include "pipeline/store/store_publish.h"
-#include "proto/version.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -105,9 +104,8 @@ proto::Result<Estimate> estimate(const BuildRequest& request) {
   const auto open = [&] { return open_source(request); };
   const auto source = open();
   if (!source.ok()) return source.problem();
-  auto plan = make_plan(**source, request.options);
+  auto plan = plan_of(request, **source);
   if (!plan.ok()) return plan.problem();
-  plan->set_program(proto::kProgram);
   Workers workers(request.options.threads());
   const unsigned threads = workers.threads();
   const std::atomic<bool> never = false;

@@ -33,8 +33,7 @@ void MeshFiles::put(const proto::TileAddress& node, const std::string& bytes) {
   const std::string path = path_of(node), part = path + ".part";
   fs::remove(part, error);
   raster::NewFile file(part);
-  if (!file.is_open() || !file.write(bytes) || !file.close() || ::rename(part.c_str(), path.c_str()) != 0) fail(part);
-  sync_folder(folder_);
+  if (!file.is_open() || !file.write(bytes) || !file.close() || !raster::put_in_place(part, path)) fail(part);
 }
 
 bool MeshFiles::has(const proto::TileAddress& node) const {

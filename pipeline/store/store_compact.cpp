@@ -18,10 +18,6 @@ bool has_waste(const std::string& path) {
              "SELECT EXISTS(SELECT 1 FROM blobs WHERE hash NOT IN (SELECT drc FROM tiles UNION ALL SELECT glb FROM tiles))") != 0;
 }
 
-void sync(const std::string& path) {
-  if (!raster::sync_path(path)) throw StoreError(std::strerror(errno));
-}
-
 }  // namespace
 
 proto::Result<std::uint64_t> compact_store(const std::string& path) {
@@ -38,9 +34,7 @@ proto::Result<std::uint64_t> compact_store(const std::string& path) {
           "tiles); VACUUM");
     }
     const auto before = fs::file_size(path), after = fs::file_size(copy);
-    sync(copy);
-    fs::rename(copy, path);
-    sync(fs::absolute(path).parent_path().string());
+    if (!raster::sync_path(copy) || !raster::put_in_place(copy, path)) throw StoreError(std::strerror(errno));
     return before > after ? before - after : 0;
   } catch (const std::exception& e) {
     fs::remove(copy, error);

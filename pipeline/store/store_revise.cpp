@@ -157,8 +157,7 @@ proto::Result<void> revise_store(const std::string& from, const std::string& to,
       database.execute("PRAGMA journal_mode=MEMORY; PRAGMA synchronous=OFF");
       revise(database, plan, revision);
     }
-    if (!raster::sync_path(copy)) throw StoreError(std::strerror(errno));
-    fs::rename(copy, to);
+    if (!raster::sync_path(copy) || !raster::put_in_place(copy, to)) throw StoreError(std::strerror(errno));
     return {};
   } catch (const std::exception& failed) {
     remove_store(copy);

@@ -1,6 +1,7 @@
 #include "pipeline/work/publish.h"
 
-#include <filesystem>
+#include <cerrno>
+#include <cstring>
 #include <set>
 
 #include "pipeline/build/blank_manifest.h"
@@ -9,12 +10,11 @@
 #include "pipeline/store/mesh_files.h"
 #include "pipeline/work/shard.h"
 #include "pipeline/work/work_plan.h"
+#include "raster/disk/write_all.h"
 #include "raster/storage/storage.h"
 
 namespace cordillera::pipeline::work {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr std::size_t kMostNamed = 5;  // in a message
 
@@ -103,11 +103,10 @@ proto::Result<proto::Manifest> publish(const proto::WorkPlan& plan, const std::s
     clean();
     return manifest;
   }
-  std::error_code error;
-  fs::rename(part, store_path, error);
-  if (error)
-    return proto::Problem{"storage-write", store_path + " cannot be written: " + error.message(), "a folder that can be written",
-                          ""};
+  // On disk for good: shards may be removed then.
+  if (!raster::put_in_place(part, store_path))
+    return proto::Problem{"storage-write", store_path + " cannot be written: " + std::strerror(errno),
+                          "a folder that can be written", ""};
   return manifest;
 }
 

@@ -9,7 +9,6 @@
 #include "pipeline/work/work_plan.h"
 #include "proto/cores.h"
 #include "raster/storage/storage.h"
-#include "raster/voids/filled_source.h"
 
 namespace cordillera::pipeline::work {
 namespace {
@@ -27,11 +26,18 @@ unsigned threads_of(const WorkOrder& order, std::size_t device) {
   return std::max(all / workers + (device < all % workers ? 1 : 0), 1u);
 }
 
+/// Tasks of a stage, one after the other on one device. Rasters that were opened for one stay open for the next.
 class Worker {
  public:
   Worker(const proto::WorkPlan& plan, const proto::WorkStage& stage, const WorkOrder& order, std::size_t device,
          const std::atomic<bool>& stop)
-      : plan_(plan), order_(order), device_(order.devices[device]), stop_(stop), workers_(threads_of(order, device)) {
+      : plan_(plan),
+        folder_(order.folder),
+        request_(request_of(plan)),
+        workers_(threads_of(order, device)),
+        builder_(
+            plan.plan(), workers_, [this, blocks = &stage == &plan.stages(0)] { return open(blocks); }, {order.devices[device]},
+            stop) {
     // Keys of the stage below, which hold the meshes to be merged.
     for (int k = 1; k < plan.stages_size(); ++k) {
       if (&plan.stages(k) != &stage) continue;
@@ -40,43 +46,43 @@ class Worker {
   }
 
   proto::Result<FinishedTask> work(const proto::WorkTask& task) {
-    const bool block = task.sources_size() > 0;
-    std::vector<raster::MosaicMember> members = members_of(plan_, task);
-    for (const raster::MosaicMember& member : members) {
+    for (const raster::MosaicMember& member : members_of(plan_, task)) {
       if (const auto same = check_unchanged(member); !same.ok()) return same.problem();
     }
-    const double feather_m = plan_.options().feather();
-    // A merge reads no raster. One raster alone is a mosaic of one.
-    const auto open = [&]() -> proto::Result<std::unique_ptr<raster::Source>> {
-      if (!block) return std::unique_ptr<raster::Source>();
-      return raster::fill_enclosed_voids(raster::make_mosaic(members, feather_m), raster::fill_limit_cells(plan_.options()));
-    };
-    Builder builder(plan_.plan(), workers_, open, {device_}, stop_);
-    if (const auto ready = builder.prepare(); !ready.ok()) return ready.problem();
-    return block ? builder.block(address_of(task), [](double) {}) : merge(builder, task);
+    if (!ready_) {
+      if (const auto ready = builder_.prepare(); !ready.ok()) return ready.problem();
+      ready_ = true;
+    }
+    return task.sources_size() > 0 ? builder_.block(address_of(task), [](double) {}) : merge(task);
   }
 
  private:
-  proto::Result<FinishedTask> merge(Builder& builder, const proto::WorkTask& task) {
+  /// A merge reads no raster.
+  proto::Result<std::unique_ptr<raster::Source>> open(bool blocks) const {
+    return blocks ? open_source(request_) : proto::Result<std::unique_ptr<raster::Source>>(nullptr);
+  }
+
+  proto::Result<FinishedTask> merge(const proto::WorkTask& task) {
     std::map<proto::TileAddress, std::string> meshes;
     for (const proto::TileAddress& child : nodes_below(plan_.plan(), address_of(task))) {
       const auto found = below_.find(child);
       if (found == below_.end()) continue;
-      const auto mesh = read_shard_mesh(order_.folder, *found->second);
+      const auto mesh = read_shard_mesh(folder_, *found->second);
       if (!mesh.ok()) return mesh.problem();
       if (*mesh) meshes[child] = **mesh;
     }
-    return builder.merge(address_of(task), [&](const proto::TileAddress& child) -> std::optional<std::string> {
+    return builder_.merge(address_of(task), [&](const proto::TileAddress& child) -> std::optional<std::string> {
       const auto found = meshes.find(child);
       return found == meshes.end() ? std::nullopt : std::optional(found->second);
     });
   }
 
   const proto::WorkPlan& plan_;
-  const WorkOrder& order_;
-  const std::string& device_;
-  const std::atomic<bool>& stop_;
+  const std::string& folder_;
+  const BuildRequest request_;
   Workers workers_;
+  Builder builder_;
+  bool ready_ = false;
   std::map<proto::TileAddress, const proto::WorkTask*> below_;
 };
 
@@ -164,7 +170,7 @@ proto::Result<void> do_tasks(const proto::WorkPlan& plan, const proto::WorkStage
   const auto work_on = [&](std::size_t device) -> proto::Result<void> {
     Worker worker(plan, stage, order, device, stop);
     while (const proto::WorkTask* task = list.next()) {
-      if (stop) return Problem{"cancelled", "the work was cancelled", "", ""};
+      if (stop) return kCancelled;
       const auto outcome = do_task(worker, plan, *task, order.folder);
       if (!outcome) return outcome.problem();
       const std::lock_guard lock(telling);

@@ -12,9 +12,9 @@ namespace cordillera::raster {
 
 class NewFile {
  public:
-  /// Of a name that is not there yet.
-  explicit NewFile(const std::filesystem::path& path)
-      : descriptor_(::open(path.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0640)) {}
+  /// Of a name that is not there yet. mode: who may read it, less what the process's umask takes away.
+  explicit NewFile(const std::filesystem::path& path, mode_t mode = 0640)
+      : descriptor_(::open(path.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, mode)) {}
   ~NewFile() { close(); }
   NewFile(const NewFile&) = delete;
   NewFile& operator=(const NewFile&) = delete;

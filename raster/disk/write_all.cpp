@@ -52,4 +52,9 @@ bool sync_path(const std::string& path) {
   return synced;
 }
 
+bool put_in_place(const std::filesystem::path& from, const std::filesystem::path& to) {
+  const std::filesystem::path folder = to.parent_path();
+  return ::rename(from.c_str(), to.c_str()) == 0 && sync_path(folder.empty() ? "." : folder.string());
+}
+
 }  // namespace cordillera::raster

@@ -4,7 +4,6 @@
 #include <cpl_error.h>
 #include <cpl_string.h>
 #include <cpl_vsi.h>
-#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,6 +14,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "raster/disk/new_file.h"
 #include "raster/disk/write_all.h"
 #include "raster/gdal/gdal_scope.h"
 #include "raster/storage/ranged_file.h"
@@ -36,22 +36,6 @@ struct Closes {
   void operator()(VSILFILE* file) const { VSIFCloseL(file); }
 };
 using File = std::unique_ptr<VSILFILE, Closes>;
-
-class Descriptor {
- public:
-  Descriptor(const std::string& path, int flags) : fd_(open(path.c_str(), flags | O_CLOEXEC, 0666)) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() {
-    if (fd_ >= 0) close(fd_);
-  }
-  bool good() const { return fd_ >= 0; }
-  bool put(const std::string& bytes) const { return write_all(fd_, bytes); }
-  bool sync() const { return fsync(fd_) == 0; }
-
- private:
-  int fd_;
-};
 
 /// An upload has at most 10,000 parts, 50 MB each unless the environment says otherwise: files beyond that need larger ones.
 class LargeParts {
@@ -87,13 +71,9 @@ proto::Result<void> write_here(const std::string& path, const std::string& bytes
     unlink(part.c_str());
     return write_problem(path, why);
   };
-  {
-    const Descriptor file(part, O_WRONLY | O_CREAT | O_EXCL);
-    if (!file.good() || !file.put(bytes) || !file.sync()) return failed();
-  }
-  if (rename(part.c_str(), path.c_str()) != 0) return failed();
-  const Descriptor parent(folder.empty() ? "." : folder.string(), O_RDONLY | O_DIRECTORY);
-  if (parent.good()) parent.sync();  // the name is on the disk too
+  NewFile file(part, 0666);  // other users' workers read it
+  if (!file.is_open() || !file.write(bytes) || !file.close() || rename(part.c_str(), path.c_str()) != 0) return failed();
+  sync_path(folder.empty() ? "." : folder.string());  // not every file system that many machines share can
   return {};
 }
 

@@ -6,6 +6,7 @@
 
 #include <iostream>
 
+#include "raster/disk/write_all.h"
 #include "server/access/tokens.h"
 #include "server/cli/commands.h"
 
@@ -20,7 +21,7 @@ bool append(const std::string& path, const std::string& line) {
   const off_t size = lseek(file, 0, SEEK_END);
   const bool looked = size <= 0 || pread(file, &last, 1, size - 1) == 1;
   const std::string text = (last == '\n' ? "" : "\n") + line + "\n";
-  const bool written = looked && ::write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size()) && fsync(file) == 0;
+  const bool written = looked && raster::write_all(file, text) && fsync(file) == 0;
   return ::close(file) == 0 && written;
 }
 

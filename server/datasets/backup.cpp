@@ -157,8 +157,8 @@ proto::Result<BackedUp> in_place(const fs::path& to, const std::function<BackedU
   try {
     fs::create_directories(work);
     const BackedUp done = make(work);
-    fs::rename(work, place);
-    raster::sync_path(place.parent_path());
+    if (!raster::put_in_place(work, place))
+      throw fs::filesystem_error("cannot write", place, std::error_code(errno, std::generic_category()));
     return done;
   } catch (const std::exception& failed) {
     fs::remove_all(work, error);

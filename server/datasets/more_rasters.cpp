@@ -91,8 +91,7 @@ proto::Result<MoreRaster> packed(const fs::path& folder, const std::vector<const
   if (!raster::sync_path(place.string())) return unwritten();
   std::error_code error;
   for (const MoreRaster* file : files) fs::remove(folder / file->file, error);
-  fs::rename(place, folder / files.front()->file, error);
-  if (error) return unwritten();
+  if (!raster::put_in_place(place, folder / files.front()->file)) return unwritten();
   whole.file = files.front()->file;
   return whole;
 }

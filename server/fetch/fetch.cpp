@@ -256,9 +256,9 @@ proto::Result<Print> fetch_into(const FetchBounds& bounds, limits::Space& space,
     print = std::move(*fetched);
   }
   if (print.ranged) fs::rename(map_of(part), map_of(file), error);
-  if (!error) fs::rename(part, file, error);
-  if (!error && raster::sync_path(file.parent_path())) return print;
-  return Problem{"storage-full", "the raster cannot be put into its place: " + error.message(), "", ""};
+  if (!error && raster::put_in_place(part, file)) return print;
+  const std::string why = error ? error.message() : strerror(errno);
+  return Problem{"storage-full", "the raster cannot be put into its place: " + why, "", ""};
 }
 
 Still compared(const Print& now, const Print& before) {

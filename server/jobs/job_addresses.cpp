@@ -164,9 +164,9 @@ proto::Result<void> JobQueue::fetch_raster(const Dataset& dataset, const std::at
            .ok())
     return cannot("what was fetched for " + dataset.id + " cannot be written down");
   if (print->ranged) fs::rename(map_of(next), map_of(file), error);
-  if (!error) fs::rename(next, file, error);
-  if (error || !raster::sync_path(folder))
-    return cannot("the raster of " + dataset.id + " cannot be put into its place: " + error.message());
+  if (error || !raster::put_in_place(next, file))
+    return cannot("the raster of " + dataset.id +
+                  " cannot be put into its place: " + (error ? error.message() : std::strerror(errno)));
   looked_at_.forget(dataset.id);
   published_(dataset.id);
   return {};

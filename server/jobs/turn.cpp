@@ -30,8 +30,7 @@ std::string about(const proto::SourceChange& change) {
 
 /// `from` takes the place of `to`, on disk for good.
 proto::Result<void> moved(const fs::path& from, const fs::path& to) {
-  if (::rename(from.c_str(), to.c_str()) != 0 || !raster::sync_path(to.parent_path()))
-    return cannot(to.filename().string() + " cannot be put into its place");
+  if (!raster::put_in_place(from, to)) return cannot(to.filename().string() + " cannot be put into its place");
   return {};
 }
 

@@ -8,7 +8,9 @@
 #include <fstream>
 #include <memory>
 
+#include "raster/disk/new_file.h"
 #include "raster/disk/write_all.h"
+#include "raster/storage/storage.h"
 #include "server/datasets/upload.h"
 #include "server/http/json.h"
 #include "server/log/log.h"
@@ -40,11 +42,6 @@ struct PartDescriptor {
   }
 };
 
-bool write_file(const fs::path& path, const std::string& text) {
-  const PartDescriptor file{::open(path.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0640)};
-  return file.number >= 0 && raster::write_all(file.number, text) && fsync(file.number) == 0;
-}
-
 }  // namespace
 
 proto::Result<PartFile> PartFiles::create(PartFile wanted) {
@@ -55,7 +52,8 @@ proto::Result<PartFile> PartFiles::create(PartFile wanted) {
   wanted.id = random_word(24);
   wanted.offset = 0;
   const fs::path folder = folder_ / wanted.id;
-  if (fs::create_directory(folder, error) && write_file(folder / "part", "") && write_down(wanted) && raster::sync_path(folder_))
+  if (fs::create_directory(folder, error) && raster::NewFile(folder / "part").close() && write_down(wanted) &&
+      raster::sync_path(folder_))
     return wanted;
   const std::string why = error ? error.message() : strerror(errno);
   fs::remove_all(folder, error);
@@ -80,11 +78,9 @@ std::optional<Problem> PartFiles::too_many(const std::string& sender) const {
 }
 
 bool PartFiles::write_down(const PartFile& file) const {
-  const fs::path folder = folder_ / file.id, fresh = folder / "upload.json.new";
   const Json json = {
       {"length", file.length}, {"offset", file.offset}, {"name", file.name}, {"owner", file.owner}, {"sender", file.sender}};
-  return write_file(fresh, json.dump()) && ::rename(fresh.c_str(), (folder / kDescription).c_str()) == 0 &&
-         raster::sync_path(folder);
+  return raster::write_whole((folder_ / file.id / kDescription).string(), json.dump()).ok();
 }
 
 std::optional<PartFile> PartFiles::find(const std::string& id) const {

@@ -238,6 +238,8 @@ TEST_F(DryRun, OfNoDataIsTheProblemThatABuildWouldHave) {
   const auto estimate = pipeline::estimate(request_);
   ASSERT_FALSE(estimate.ok());
   EXPECT_EQ(estimate.problem().type, "raster-all-nodata");
+  request_.options.set_water_mask("no such mask.tif");
+  EXPECT_EQ(pipeline::estimate(request_).problem().parameter, "water_mask");
 }
 
 }  // namespace
