@@ -5,6 +5,9 @@
 #include <fstream>
 #include <iostream>
 
+#include "proto/letters.h"
+#include "server/access/client_address.h"
+
 namespace cordillera::server::client {
 namespace {
 
@@ -17,11 +20,10 @@ std::string variable(const char* name) {
 
 void warn(const std::string& sentence) { std::cerr << "cordillera: warning: " << sentence << "\n"; }
 
-bool is_loopback(const std::string& host) {
-  for (const char* name : {"//127.", "//localhost", "//[::1]"}) {
-    if (host.find(name) != host.npos) return true;
-  }
-  return false;
+/// Whether what is sent there stays on this machine. No name below .localhost can be registered (RFC 6761).
+bool stays_here(const std::string& address) {
+  const std::string host = access::host_of(std::string_view(address).substr(address.find("//") + 2));
+  return access::is_loopback(host) || proto::lower(host).ends_with(".localhost");
 }
 
 proto::Result<ServiceAddress> read_address(const std::string& text) {
@@ -75,7 +77,7 @@ proto::Result<ServiceAddress> find_service(const ServiceWords& words) {
   if (!std::all_of(token->begin(), token->end(), [](unsigned char c) { return c > ' ' && c < 127; }))
     return Problem{"usage", "the token holds blanks or other characters that no token has", "what cordillera token new printed",
                    "--token"};
-  if (!token->empty() && place->host.starts_with("http://") && !is_loopback(place->host))
+  if (!token->empty() && place->host.starts_with("http://") && !stays_here(place->host))
     warn("the token goes unencrypted to " + place->host);
   place->token = *token;
   return place;

@@ -6,6 +6,7 @@
 #include "cutting_proxy.h"
 #include "program_fixture.h"
 #include "server/client/events.h"
+#include "server/client/service_address.h"
 #include "server/client/tiles.h"
 
 namespace cordillera::server {
@@ -99,6 +100,23 @@ class Client : public Program {
 
   std::string large_;
 };
+
+TEST(ServiceAddress, ATokenInClearTextIsWarnedOfUnlessItStaysOnThisMachine) {
+  const auto warned = [](const std::string& server) {
+    testing::internal::CaptureStderr();
+    EXPECT_TRUE(client::find_service({server, "cdl_token", ""}).ok()) << server;
+    return testing::internal::GetCapturedStderr().find("unencrypted") != std::string::npos;
+  };
+  for (const char* here : {"http://127.0.0.1", "http://127.8.9.10:8080/terrain", "http://localhost:8080", "http://LocalHost",
+                           "http://terrain.localhost:8080", "http://[::1]:8080", "http://[::1]"})
+    EXPECT_FALSE(warned(here)) << here;
+  for (const char* away : {"http://127.evil.org", "http://127.0.0.1.evil.org:8080", "http://localhost.evil.org",
+                           "http://notlocalhost", "http://[::1].evil.org", "http://[::2]:8080", "http://10.0.0.1/127.0.0.1",
+                           "http://evil.org//127.0.0.1", "http://evil.org//localhost", "http://1127.0.0.1", "http://127.0.0.256"})
+    EXPECT_TRUE(warned(away)) << away;
+  EXPECT_FALSE(warned("https://evil.org"));
+  EXPECT_FALSE(client::find_service({"http://127.0.0.1@evil.org", "cdl_token", ""}).ok());
+}
 
 TEST_F(Client, PostsWatchesAndFetches) {
   start_server();
