@@ -227,7 +227,7 @@ bool Api::is_quick(const Request& request, const Route& route) const {
 Response Api::dispatch(const Request& request, const Route& route) {
   if (request.method == "OPTIONS") {
     Response response = preflight(route, service_.gate().has_tokens() ? Foreign::writes : Foreign::reads);
-    if (route.is(RouteRow::kTus)) uploads::announce(response, upload_bounds(service_, request));
+    if (route.is(RouteRow::kTus)) uploads::announce(response, upload_bounds(service_.settings().serve.limits, request));
     return response;
   }
   if (route.row == nullptr || route.is(RouteRow::kElsewhere)) {

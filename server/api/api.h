@@ -68,7 +68,7 @@ Response limits_in_effect(Service& service);
 std::string sender(const Request& request);
 /// Bytes, as a header announces them; nullopt: in more than 18 digits.
 std::optional<std::uint64_t> announced_bytes(const std::string& length);
-uploads::Bounds upload_bounds(Service& service, const Request& request);
+uploads::Bounds upload_bounds(const Limits& limits, const Request& request);
 /// POST /v1/datasets. id: what the dataset is to be called, which none is yet; empty: a name that nobody can guess.
 Response post_dataset(Service& service, const Request& request, const std::string& id = "");
 /// DELETE /v1/datasets/{id}, for who posted it or an admin.
@@ -77,7 +77,7 @@ Response remove_dataset(Service& service, const Request& request, const Dataset&
 bool delete_dataset(Service& service, const std::string& id);
 
 /// What a build of the raster in the folder would make; nothing is kept.
-Response dry_run(Service& service, const Request& request, const proto::Job& job, const std::filesystem::path& folder);
+Response dry_run(JobQueue& queue, const Request& request, const proto::Job& job, const std::filesystem::path& folder);
 
 /// GET …/events.
 Response event_stream(Service& service, const Request& request, const Dataset& dataset);
@@ -100,7 +100,7 @@ struct MayWait {
   bool preferred = false;  ///< the client says so itself
 };
 /// A problem: Prefer cannot be read.
-proto::Result<MayWait> may_wait(Service& service, const Request& request);
+proto::Result<MayWait> may_wait(const Limits& limits, const Request& request);
 
 /// Tiles that one request looks at; it looks at others when these are made.
 inline constexpr std::size_t kMostLooks = 64;
@@ -128,7 +128,7 @@ std::optional<Response> wait_until_read(Service& service, const Request& request
 /// What who asks for a tile waits for; none of a document.
 std::optional<Awaited> awaited_tile(const Request& request, const Route& route);
 /// What has this tile of the finest level in its final form although its block is not done; null: nothing.
-std::shared_ptr<const pipeline::faces::Terrain> ahead_of_block(Service& service, const std::string& id,
+std::shared_ptr<const pipeline::faces::Terrain> ahead_of_block(Library& library, const std::string& id,
                                                                const proto::Manifest& shown, const proto::TileAddress& tile);
 
 /// 503, and when to ask again.
@@ -165,14 +165,14 @@ bool is_built_lazily(Service& service, const Dataset& dataset);
 Json status_json(Service& service, const Dataset& dataset, const std::string& path);
 
 /// Whether it is a mounted folder of finished tiles: nothing is made of it when it is asked for.
-bool is_folder(Service& service, const std::string& id);
+bool is_folder(const Mounts& mounts, const std::string& id);
 /// A face that a dataset has, with those of its resources that there are.
 struct Part {
   const pipeline::faces::Face* face;
   std::vector<const pipeline::faces::Resource*> resources;
 };
 /// All faces; of a mounted folder those that lie in it.
-std::vector<Part> parts_of(Service& service, const std::string& id);
+std::vector<Part> parts_of(const Mounts& mounts, const std::string& id);
 /// What there is to fetch of a dataset, a face each, with links as OGC API names them. path as above.
 Json faces_json(const std::vector<Part>& parts, const std::string& path);
 

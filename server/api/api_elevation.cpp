@@ -53,12 +53,12 @@ std::vector<proto::TileAddress> tiles_at(const std::vector<raster::LinePoint>& p
 }
 
 /// Blocks there are made next. Gives those that are still to come.
-std::vector<proto::TileAddress> look_at_places(Service& service, const Dataset& dataset, const proto::Manifest& shown,
+std::vector<proto::TileAddress> look_at_places(JobQueue& queue, const Dataset& dataset, const proto::Manifest& shown,
                                                const std::vector<raster::LinePoint>& places, JobQueue::Who who) {
   std::vector<proto::TileAddress> tiles = tiles_at(places, shown);
   std::erase_if(tiles, [&](const proto::TileAddress& tile) { return !is_to_come(dataset, &shown, tile); });
   const auto end = tiles.begin() + static_cast<std::ptrdiff_t>(std::min(tiles.size(), kMostLooks));
-  service.queue().look(dataset, {tiles.begin(), end}, shown, who);
+  queue.look(dataset, {tiles.begin(), end}, shown, who);
   return tiles;
 }
 
@@ -80,11 +80,11 @@ Response elevation(Service& service, const Request& request, const Dataset& data
   const auto query = elevation_query(request, static_cast<int>(manifest.min_level()), static_cast<int>(manifest.max_level()));
   if (!query) return problem_response(query.problem());
   const bool sharpens = manifest.provisional() && route.version.empty();
-  const auto wait = may_wait(service, request);
+  const auto wait = may_wait(service.settings().serve.limits, request);
   if (sharpens && !wait) return problem_response(wait.problem());
   if (sharpens) {
-    auto to_come =
-        look_at_places(service, dataset, manifest, query->places, wait->preferred ? JobQueue::Who::waits : JobQueue::Who::passes);
+    auto to_come = look_at_places(service.queue(), dataset, manifest, query->places,
+                                  wait->preferred ? JobQueue::Who::waits : JobQueue::Who::passes);
     const bool waits = wait->preferred && !to_come.empty();
     if (auto later = waits ? wait_for(service, request, dataset, *wait, awaited(std::move(to_come))) : std::nullopt)
       return std::move(*later);

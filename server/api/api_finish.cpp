@@ -22,11 +22,10 @@ std::string dataset_of(const Exchange& exchange, const Response& response) {
   return location.substr(location.rfind('/') + 1);
 }
 
-void audit(Service& service, const Exchange& exchange, const Response& response) {
+void note(access::Audit& audit, const Exchange& exchange, const Response& response) {
   const Request& request = exchange.request;
-  access::AuditEntry entry{request.who.name,  request.client,  request.method,   request.path, dataset_of(exchange, response),
-                           exchange.received, response.status, response.problem, request.id};
-  service.audit().note(entry);
+  audit.note({request.who.name, request.client, request.method, request.path, dataset_of(exchange, response), exchange.received,
+              response.status, response.problem, request.id});
 }
 
 /// Who was turned away at the gate. That goes into the log and not into the audit, which strangers could fill.
@@ -69,7 +68,7 @@ void finish(Service& service, const Exchange& exchange, Response& response) {
   access::add_safe_headers(response);
   const bool refused = turned_away(response);
   if (refused) service.metrics().denied.add(1, {response.problem});
-  if (!refused && !only_reads(request.method, exchange.route)) audit(service, exchange, response);
+  if (!refused && !only_reads(request.method, exchange.route)) note(service.audit(), exchange, response);
   log(exchange, response);
   service.metrics().finished(
       {route_name(exchange.route), request.method, response.status, exchange.seconds, exchange.received, response.problem});

@@ -165,7 +165,7 @@ Response led_to(const std::string& location) {
 std::optional<Response> wait_until_read(Service& service, const Request& request, const Dataset& dataset, const Route& route) {
   if (request.waited || (dataset.state != State::queued && dataset.state != State::running)) return std::nullopt;
   if (service.library().provisional(dataset.id)) return std::nullopt;
-  const auto wait = may_wait(service, request);
+  const auto wait = may_wait(service.settings().serve.limits, request);
   if (!wait) return problem_response(wait.problem());
   auto awaited = awaited_tile(request, route).value_or(Awaited{{}, [](const Dataset&, const proto::Manifest* shown) {
                                                                  return shown == nullptr;

@@ -158,7 +158,7 @@ Response post(Service& service, const Request& request, Come* come, const std::s
     return problem_response(taken.problem());
   const std::string hash = come != nullptr ? come->hash : posting->again ? digest(posting->delivery.address) : upload.body_hash();
   if (earlier && earlier->body_hash != hash) return problem_response(key_reused("another raster"));
-  if (posting->settings.dry_run) return dry_run(service, request, dry_job(*posting, upload), upload.folder());
+  if (posting->settings.dry_run) return dry_run(service.queue(), request, dry_job(*posting, upload), upload.folder());
   if (!earlier) return create(service, *posting, {upload, more, hash}, request, std::move(*place));
   place->reset();
   key.reset();
@@ -177,7 +177,7 @@ bool names_raster(const FormReader& form) { return is_given(form.fields(), "sour
 
 /// Problems: of the form, of the disk, and of a body that is too large.
 proto::Result<void> receive_files(Service& service, const Request& request, FormReader& form, FormFiles& files) {
-  const std::uint64_t most = most_bytes(service);
+  const std::uint64_t most = most_bytes(service.settings().serve.limits);
   std::string full;
   const auto claim = service.admission().space().claim(0, &full);
   if (!claim) return limits::storage_full(full);

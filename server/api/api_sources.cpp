@@ -45,10 +45,10 @@ Shown shown_to(const Request& request, const Dataset& dataset) {
   return !request.who.name.empty() && !refuse(request, dataset) ? Shown::whole : Shown::without_query;
 }
 
-Json sources_json(Service& service, const std::string& id, Shown address) {
-  const proto::SourceChanges changes = service.ledger().read(id);
-  const proto::DatasetVersion version = service.ledger().current(id);
-  const auto plan = pipeline::work::plan_in(service.layout().store(id).string());
+Json sources_json(Ledger& ledger, const fs::path& store, const std::string& id, Shown address) {
+  const proto::SourceChanges changes = ledger.read(id);
+  const proto::DatasetVersion version = ledger.current(id);
+  const auto plan = pipeline::work::plan_in(store.string());
   Json json;
   json["version"] = version.number();
   if (plan) json["block_level"] = plan->plan().block_level();
@@ -85,7 +85,7 @@ Json fixed_json(const proto::Manifest& manifest) {
 Response listed(Service& service, const Request& request, const Dataset& dataset, const Route& route) {
   Json json;
   if (service.ledger().holds(dataset.id)) {
-    json = sources_json(service, dataset.id, shown_to(request, dataset));
+    json = sources_json(service.ledger(), service.layout().store(dataset.id), dataset.id, shown_to(request, dataset));
   } else {
     const Opened opened = open_published(service, dataset, {});
     if (!opened.terrain) return opened.refusal;
@@ -129,8 +129,8 @@ Response answer_now(Service& service, const Dataset& dataset, const std::string&
 }
 
 /// The change has not come to its end, as far as the list can be read.
-bool is_pending(Service& service, const std::string& id, const std::string& change) try {
-  return state_of(service.ledger().read(id), change) == std::string("pending");
+bool is_pending(Ledger& ledger, const std::string& id, const std::string& change) try {
+  return state_of(ledger.read(id), change) == std::string("pending");
 } catch (const pipeline::StoreError&) { return false; }
 
 Response accepted(Service& service, const Dataset& dataset, const std::string& change, const Delivery& delivery,
@@ -141,7 +141,7 @@ Response accepted(Service& service, const Dataset& dataset, const std::string& c
   response.later = [&service, dataset, change, waiting, reply, wait = delivery.wait,
                     end = std::chrono::steady_clock::now() + delivery.wait](Patience patience) -> std::optional<Response> {
     const bool over = patience == Patience::none || service.stopping() || std::chrono::steady_clock::now() >= end;
-    if (!over && is_pending(service, dataset.id, change)) return std::nullopt;
+    if (!over && is_pending(service.ledger(), dataset.id, change)) return std::nullopt;
     Response come = answer_now(service, dataset, change, reply);
     come.set("Preference-Applied", "wait=" + std::to_string(wait.count()));
     return come;
@@ -150,10 +150,9 @@ Response accepted(Service& service, const Dataset& dataset, const std::string& c
 }
 
 /// The change that an earlier request with this key came to; nullopt: none. A problem: another request had it.
-proto::Result<std::optional<proto::SourceChange>> earlier(Service& service, const std::string& id,
-                                                          const proto::SourceChange& now) {
+proto::Result<std::optional<proto::SourceChange>> earlier(Ledger& ledger, const std::string& id, const proto::SourceChange& now) {
   if (now.idempotency_key().empty()) return std::optional<proto::SourceChange>();
-  const proto::SourceChanges changes = service.ledger().read(id);
+  const proto::SourceChanges changes = ledger.read(id);
   for (const auto* list : {&changes.ended(), &changes.pending()}) {
     for (const proto::SourceChange& change : *list) {
       if (change.idempotency_key() != now.idempotency_key()) continue;
@@ -176,14 +175,14 @@ proto::Result<void> bring(const Upload& upload, const fs::path& place) {
 Response changed(Service& service, const Request& request, const Dataset& dataset, const Route& route) {
   if (auto refused = refuse(request, dataset)) return problem_response(*refused);
   const Reply good{request.method == "POST" ? 201 : 200, public_path(request, dataset.id)};
-  auto asked = read_change(service, request, dataset, route, service.ledger().expected(dataset.id));
+  auto asked = read_change(service.settings(), request, dataset, route, service.ledger().expected(dataset.id));
   if (!asked) return problem_response(asked.problem());
   Token key;
   if (!asked->delivery.key.empty() && !(key = service.key_token(request.who.name, dataset.id + " " + asked->delivery.key))) {
     return problem_response(
         {"idempotency-key-in-use", "a request with this Idempotency-Key is under way", "trying again later", "Idempotency-Key"});
   }
-  const auto before = earlier(service, dataset.id, asked->change);
+  const auto before = earlier(service.ledger(), dataset.id, asked->change);
   if (!before) return problem_response(before.problem());
   if (*before && !asked->delivery.upload.empty() && !service.uploads().find(asked->delivery.upload)) {
     return accepted(service, dataset, (*before)->id(), asked->delivery, good);  // made of this very upload

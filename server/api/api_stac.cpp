@@ -44,9 +44,9 @@ proto::Result<ListQuery> query_of(const Request& request) {
   return query;
 }
 
-Json item_of(Service& service, const ServiceRoot& place, const Dataset& dataset, const proto::Manifest& manifest) {
-  Offered offered{{}, !is_folder(service, dataset.id)};
-  for (const Part& part : parts_of(service, dataset.id)) offered.faces.push_back(part.face);
+Json item_of(const Mounts& mounts, const ServiceRoot& place, const Dataset& dataset, const proto::Manifest& manifest) {
+  Offered offered{{}, !is_folder(mounts, dataset.id)};
+  for (const Part& part : parts_of(mounts, dataset.id)) offered.faces.push_back(part.face);
   return item(place, dataset, manifest, offered);
 }
 
@@ -60,7 +60,7 @@ Response items(Service& service, const Request& request) {
   std::vector<Json> features;
   for (const Row& row : page.rows) {
     const auto summary = service.library().summary(row->id);
-    if (summary) features.push_back(item_of(service, place, *row, (*summary)->manifest));
+    if (summary) features.push_back(item_of(service.mounts(), place, *row, (*summary)->manifest));
   }
   std::string next = page.next ? "after=" + std::to_string(*page.next) : "";
   for (const auto& [name, value] : request.query) {
@@ -75,7 +75,7 @@ Response one_item(Service& service, const Request& request, const Route& route) 
   if (dataset->state != State::ready) return open_published(service, *dataset, {}).refusal;
   const auto summary = service.library().summary(route.id);
   if (!summary) return problem_response(summary.problem());
-  return document(item_of(service, place_of(request), *dataset, (*summary)->manifest), "application/geo+json");
+  return document(item_of(service.mounts(), place_of(request), *dataset, (*summary)->manifest), "application/geo+json");
 }
 
 Response landing(const Request& request) { return document(landing_page(place_of(request))); }

@@ -58,9 +58,7 @@ Json links_json(const std::string& path, Readable readable) {
 }
 
 /// The folder of a dataset that is one; else empty.
-std::string folder_of(Service& service, const std::string& id) {
-  return service.mounts().has(id) ? service.mounts().folder(id) : "";
-}
+std::string folder_of(const Mounts& mounts, const std::string& id) { return mounts.has(id) ? mounts.folder(id) : ""; }
 
 /// Whether a name can stand for one of the braces.
 bool fits(const std::string& brace, const std::string& name) {
@@ -168,7 +166,7 @@ class EventStream {
     place_ = service_.queue().place(id_);
     const auto dataset = service_.find(id_);
     const std::string tiles = dataset ? new_tiles(*dataset) : "";
-    const bool changing = dataset && dataset->state == State::ready && updates::is_busy(service_, id_);
+    const bool changing = dataset && dataset->state == State::ready && updates::is_busy(service_.ledger(), id_);
     ended_ = !dataset || (dataset->state == State::ready && !changing) || dataset->state == State::failed;
     if (!dataset) return event_text("failed", problem_json(unknown_dataset(id_)));
     if (ended_ && dataset->state == State::ready) return tiles + event_text("ready", status_json(service_, *dataset, path_));
@@ -233,7 +231,7 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pa
   json["links"] = links_json(path, dataset.state == State::ready ? Readable::all
                                    : provisional                 ? Readable::provisional
                                                                  : Readable::nothing);
-  const std::string folder = folder_of(service, dataset.id);
+  const std::string folder = folder_of(service.mounts(), dataset.id);
   if (!folder.empty()) json["links"] = only_in_folder(json["links"], folder);
   if (changes.is_object()) json["updates"] = changes;
   json["notes"] = std::vector<std::string>(dataset.options.warnings().begin(), dataset.options.warnings().end());
@@ -252,11 +250,11 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pa
   return json;
 }
 
-bool is_folder(Service& service, const std::string& id) { return !folder_of(service, id).empty(); }
+bool is_folder(const Mounts& mounts, const std::string& id) { return !folder_of(mounts, id).empty(); }
 
-std::vector<Part> parts_of(Service& service, const std::string& id) {
+std::vector<Part> parts_of(const Mounts& mounts, const std::string& id) {
   using pipeline::faces::Grid;
-  const std::string folder = folder_of(service, id);
+  const std::string folder = folder_of(mounts, id);
   std::vector<Part> parts;
   for (const pipeline::faces::Face* face : pipeline::faces::all_faces()) {
     Part part{face, {}};
@@ -292,7 +290,7 @@ Response status_document(Service& service, const Request& request, const Dataset
   const std::string path = public_path(request, dataset.id);
   Json json = status_json(service, dataset, path);
   if (dataset.state == State::ready || json["provisional"] == true)
-    json["faces"] = faces_json(parts_of(service, dataset.id), path);
+    json["faces"] = faces_json(parts_of(service.mounts(), dataset.id), path);
   Response response = json_response(200, json);
   response.set("Cache-Control", "no-store");
   return response;

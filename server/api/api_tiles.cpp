@@ -268,8 +268,9 @@ class Unfinished {
   Response of_what_is_shown(const std::shared_ptr<const pipeline::faces::Terrain>& terrain) const {
     const proto::Manifest& shown = terrain->manifest();
     const bool to_come = tile_ && lacks(dataset_, &shown, route_, *tile_);
-    const auto ahead =
-        to_come && awaited_ && awaited_->alone ? ahead_of_block(service_, dataset_.id, shown, *awaited_->alone) : nullptr;
+    const auto ahead = to_come && awaited_ && awaited_->alone
+                           ? ahead_of_block(service_.library(), dataset_.id, shown, *awaited_->alone)
+                           : nullptr;
     if (ahead) return of_terrain(ahead, request_, route_);
     if (to_come)
       service_.queue().look(dataset_, {*tile_}, shown,
@@ -354,7 +355,7 @@ Response published(Service& service, const Request& request, const Dataset& data
   if (!folder.empty()) return published_folder(service, dataset, route, folder);
   const Opened opened = open_readable(service, dataset, route);
   if (opened.terrain && !opened.terrain->manifest().provisional()) return of_terrain(opened.terrain, request, route);
-  const auto wait = may_wait(service, request);
+  const auto wait = may_wait(service.settings().serve.limits, request);
   return wait ? Unfinished(service, dataset, request, route, *wait).answer(opened) : problem_response(wait.problem());
 }
 

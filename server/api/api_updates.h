@@ -9,6 +9,8 @@
 
 namespace cordillera::server::updates {
 
+class Ledger;
+
 /// Makes a dataset that is about to be kept one whose rasters can be changed: its folder gets the first change. dataset.raster:
 /// where it lies then.
 /// more: rasters behind it, in the upload's folder.
@@ -28,7 +30,7 @@ Response rollback(Service& service, const Request& request, const Dataset& datas
 /// and where that is damaged.
 Json status(Service& service, const std::string& id);
 /// Whether a change is pending.
-bool is_busy(Service& service, const std::string& id);
+bool is_busy(Ledger& ledger, const std::string& id);
 
 /// Only who posted a dataset, or an admin, changes it.
 std::optional<proto::Problem> refuse(const Request& request, const Dataset& dataset);

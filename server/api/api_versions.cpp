@@ -125,9 +125,7 @@ Response rollback(Service& service, const Request& request, const Dataset& datas
   return versions(service, request, dataset);
 }
 
-bool is_busy(Service& service, const std::string& id) {
-  return service.ledger().holds(id) && service.ledger().first(id).has_value();
-}
+bool is_busy(Ledger& ledger, const std::string& id) { return ledger.holds(id) && ledger.first(id).has_value(); }
 
 Json status(Service& service, const std::string& id) try {
   if (!service.ledger().holds(id)) return nullptr;

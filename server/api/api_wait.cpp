@@ -36,7 +36,7 @@ class TileWait {
     if (!dataset || dataset->state == State::ready || dataset->state == State::failed) return false;
     const auto terrain = service_.library().provisional(id_);
     if (!awaited_.lacks(*dataset, terrain ? &terrain->manifest() : nullptr)) return false;
-    if (terrain && awaited_.alone && ahead_of_block(service_, id_, terrain->manifest(), *awaited_.alone)) return false;
+    if (terrain && awaited_.alone && ahead_of_block(service_.library(), id_, terrain->manifest(), *awaited_.alone)) return false;
     if (!terrain || !looks) return true;
     looked_ = Clock::now();
     std::vector<proto::TileAddress> to_come;
@@ -78,10 +78,10 @@ class TileWait {
 
 }  // namespace
 
-proto::Result<MayWait> may_wait(Service& service, const Request& request) {
+proto::Result<MayWait> may_wait(const Limits& limits, const Request& request) {
   const auto preferred = preferred_wait(request);
   if (!preferred) return preferred.problem();
-  const std::chrono::seconds most(service.settings().serve.limits.wait_seconds);
+  const std::chrono::seconds most(limits.wait_seconds);
   return MayWait{std::min(preferred->value_or(most), most), preferred->has_value()};
 }
 
@@ -105,11 +105,11 @@ Response not_made_yet(const Dataset& dataset) {
                            "asking again, or Prefer: wait=SECONDS within the limit max_wait", ""});
 }
 
-std::shared_ptr<const pipeline::faces::Terrain> ahead_of_block(Service& service, const std::string& id,
+std::shared_ptr<const pipeline::faces::Terrain> ahead_of_block(Library& library, const std::string& id,
                                                                const proto::Manifest& shown, const proto::TileAddress& tile) {
   const int level = static_cast<int>(shown.done_blocks().level());
   if (!shown.has_done_blocks() || tile.z <= level) return nullptr;
-  auto terrain = service.library().finest(id, tile.at_level(level));
+  auto terrain = library.finest(id, tile.at_level(level));
   return terrain && terrain->store().record(tile) ? terrain : nullptr;
 }
 

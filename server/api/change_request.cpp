@@ -29,7 +29,7 @@ std::optional<Problem> take_position(Given& options, proto::SourceChange& change
 }
 
 /// The raster's name and options: those that it had, with those of the request over them.
-std::optional<Problem> take_options(Service& service, const Given& given, const proto::DatasetSource* old,
+std::optional<Problem> take_options(const Settings& server, const Given& given, const proto::DatasetSource* old,
                                     const Delivery& delivery, proto::SourceSpec& spec) {
   Settings settings;
   if (old != nullptr) settings.build = old->spec().options();
@@ -38,7 +38,6 @@ std::optional<Problem> take_options(Service& service, const Given& given, const 
   proto::BuildOptions& options = layered->build;
   spec.set_name(options.name());
   options.clear_name();
-  Settings server = service.settings();
   proto::BuildOptions checked = options;
   checked.set_water_mask(server.build.water_mask());  // not this raster's to ask for
   if (auto refused = apply_policy(server, checked)) return refused;
@@ -70,8 +69,8 @@ std::string own_key(const Request& request, const std::string& key) {
 
 std::string raster_path(const std::string& name) { return std::string(kSources) + "/" + random_word(12) + suffix_of(name); }
 
-proto::Result<ChangeRequest> read_change(Service& service, const Request& request, const Dataset& dataset, const Route& route,
-                                         const std::vector<proto::DatasetSource>& sources) {
+proto::Result<ChangeRequest> read_change(const Settings& server, const Request& request, const Dataset& dataset,
+                                         const Route& route, const std::vector<proto::DatasetSource>& sources) {
   ChangeRequest asked;
   proto::SourceChange& change = asked.change;
   proto::DatasetSource& source = *change.mutable_source();
@@ -95,15 +94,15 @@ proto::Result<ChangeRequest> read_change(Service& service, const Request& reques
     if (!options->empty())
       return Problem{"option-unknown", "a DELETE has no parameter '" + options->front().first + "'", "none",
                      options->front().first};
-    if (auto refused = check_delivery(service, request, RasterIs::optional, asked.delivery)) return *refused;
+    if (auto refused = check_delivery(server.serve, request, RasterIs::optional, asked.delivery)) return *refused;
     if (asked.delivery.any()) return Problem{"request-invalid", "a DELETE has no raster", "no body", ""};
     change.set_idempotency_key(own_key(request, asked.delivery.key));
     return asked;
   }
   if (auto refused = take_position(*options, change)) return *refused;
-  if (auto refused = take_options(service, *options, old, asked.delivery, *source.mutable_spec())) return *refused;
+  if (auto refused = take_options(server, *options, old, asked.delivery, *source.mutable_spec())) return *refused;
   const RasterIs raster = request.method == "POST" ? RasterIs::needed : RasterIs::optional;
-  if (auto refused = check_delivery(service, request, raster, asked.delivery)) return *refused;
+  if (auto refused = check_delivery(server.serve, request, raster, asked.delivery)) return *refused;
   // A client that was cut off asks again: an upload makes one change.
   if (asked.delivery.key.empty() && !asked.delivery.upload.empty()) asked.delivery.key = "upload " + asked.delivery.upload;
   change.set_idempotency_key(own_key(request, asked.delivery.key));

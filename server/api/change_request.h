@@ -14,8 +14,8 @@ struct ChangeRequest {
 
 /// POST …/sources, PUT and DELETE …/sources/{source}: everything but the raster itself. `sources`: the rasters as they are
 /// expected to be when its turn comes.
-proto::Result<ChangeRequest> read_change(Service& service, const Request& request, const Dataset& dataset, const Route& route,
-                                         const std::vector<proto::DatasetSource>& sources);
+proto::Result<ChangeRequest> read_change(const Settings& server, const Request& request, const Dataset& dataset,
+                                         const Route& route, const std::vector<proto::DatasetSource>& sources);
 
 /// Where a raster of the dataset lies in its folder; no two are called alike.
 std::string raster_path(const std::string& name);

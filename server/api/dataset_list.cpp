@@ -39,23 +39,23 @@ bool lies_in(const proto::Manifest& manifest, const std::array<double, 4>& box) 
 
 bool contains(const std::string& text, const std::string& wanted) { return proto::lower(text).find(wanted) != std::string::npos; }
 
-bool is_wanted(Service& service, const Dataset& dataset, const ListQuery& query) {
+bool is_wanted(Library& library, const Dataset& dataset, const ListQuery& query) {
   if (!query.states.empty() && std::find(query.states.begin(), query.states.end(), dataset.state) == query.states.end())
     return false;
   if (!query.box && query.text.empty()) return true;
   const bool named = query.text.empty() || contains(dataset.id, query.text) || contains(dataset.name, query.text);
   if (named && !query.box) return true;
   if (dataset.state != State::ready) return false;
-  const auto summary = service.library().summary(dataset.id);
+  const auto summary = library.summary(dataset.id);
   if (!summary) return named && !query.box;
   const proto::Manifest& manifest = (*summary)->manifest;
   return (named || contains(manifest.title(), query.text)) && (!query.box || lies_in(manifest, *query.box));
 }
 
-std::vector<Row> mounted(Service& service, std::int64_t after) {
+std::vector<Row> mounted(const Mounts& mounts, std::int64_t after) {
   std::vector<Row> rows;
   std::int64_t number = kMounts;
-  for (Dataset& dataset : service.mounts().list()) {
+  for (Dataset& dataset : mounts.list()) {
     dataset.number = number--;
     if (dataset.number < after) rows.push_back(std::make_shared<const Dataset>(std::move(dataset)));
   }
@@ -87,7 +87,7 @@ Page page_of(Service& service, const Request& request, const ListQuery& query) {
   Page page;
   std::int64_t after = query.after;
   std::size_t looked = 0;
-  std::vector<Row> piece = mounted(service, after);
+  std::vector<Row> piece = mounted(service.mounts(), after);
   for (bool first = true; first || !piece.empty(); first = false, piece = service.registry().below(after, kPiece)) {
     for (Row& row : piece) {
       if (looked++ == kMostLooked) {
@@ -95,7 +95,7 @@ Page page_of(Service& service, const Request& request, const ListQuery& query) {
         return page;
       }
       after = row->number;
-      if (!may_see(request, *row) || !is_wanted(service, *row, query)) continue;
+      if (!may_see(request, *row) || !is_wanted(service.library(), *row, query)) continue;
       if (page.rows.size() == query.limit) {  // only now is it known that there is a next page
         page.next = page.rows.back()->number;
         return page;

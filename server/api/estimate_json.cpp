@@ -34,8 +34,8 @@ Json estimate_json(const proto::Manifest& estimated, double seconds) {
   return {{"dry_run", true}, {"seconds", seconds}, {"manifest", manifest}};
 }
 
-Response dry_run(Service& service, const Request& request, const proto::Job& job, const std::filesystem::path& folder) {
-  const auto estimate = service.queue().dry_run(folder, sender(request), job);
+Response dry_run(JobQueue& queue, const Request& request, const proto::Job& job, const std::filesystem::path& folder) {
+  const auto estimate = queue.dry_run(folder, sender(request), job);
   return estimate ? json_response(200, estimate_json(estimate->manifest(), estimate->seconds()))
                   : problem_response(estimate.problem());
 }

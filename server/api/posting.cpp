@@ -86,7 +86,7 @@ proto::Result<Posting> read_posting(Service& service, const Request& request, Ra
                           "private=0, or cordillera serve --tokens FILE", "private"};
   }
   if (auto refused = apply_policy(service.settings(), posting.settings.build)) return *refused;
-  if (auto refused = check_delivery(service, request, raster, posting.delivery)) return *refused;
+  if (auto refused = check_delivery(service.settings().serve, request, raster, posting.delivery)) return *refused;
   if (!posting.delivery.address.empty() && !posting.updates && !posting.again) {
     return proto::Problem{"options-conflict", "a raster that is fetched is kept, as those of updates=1 are",
                           "source= without updates=0, or with build=lazy", "source"};

@@ -95,7 +95,7 @@ Response begin_upload(Service& service, const Request& request) {
   const auto bytes = announced_bytes(request.header("upload-length").value_or(""));
   const std::string full = bytes ? service.admission().space().full(*bytes) : "";
   if (!full.empty()) return problem_response(limits::storage_full(full));
-  return uploads::begin(service.uploads(), request, upload_bounds(service, request));
+  return uploads::begin(service.uploads(), request, upload_bounds(service.settings().serve.limits, request));
 }
 
 Response at_upload(Service& service, const Request& request, const Route& route) {
@@ -140,9 +140,7 @@ std::optional<std::uint64_t> announced_bytes(const std::string& length) {
   return length.size() <= 18 ? std::optional<std::uint64_t>(std::strtoull(length.c_str(), nullptr, 10)) : std::nullopt;
 }
 
-uploads::Bounds upload_bounds(Service& service, const Request& request) {
-  return {std::uint64_t{service.settings().serve.limits.body_mib} << 20, sender(request)};
-}
+uploads::Bounds upload_bounds(const Limits& limits, const Request& request) { return {most_bytes(limits), sender(request)}; }
 
 const std::vector<RouteRow>& route_table() {
   using enum RouteRow::Is;

@@ -45,10 +45,10 @@ front::HttpLimits front_limits(const ServeSettings& settings) {
 }
 
 /// What becomes of requests on the wire. The API tells of those that reach it.
-front::OnServed note_of(Service& service) {
-  return [&service, &sent = service.metrics().sent_bytes.at({})](const front::Served& served) {
+front::OnServed note_of(metrics::ServiceMetrics& metrics) {
+  return [&metrics, &sent = metrics.sent_bytes.at({})](const front::Served& served) {
     sent += static_cast<double>(served.bytes);
-    if (served.by_front) service.metrics().problems.add(1, {served.problem});
+    if (served.by_front) metrics.problems.add(1, {served.problem});
     if (!logs_debug() || (!served.by_front && served.whole)) return;
     log_debug(served.whole ? "refused before it was a request" : "the client went before the end of the answer",
               {{"client", served.client},
@@ -107,7 +107,7 @@ int serve_command(const Settings& given, const std::string& program, const std::
     return kFailed;
   }
   Api api(**service);
-  auto http = front::HttpServer::bind(api, settings.serve.listen, front_limits(settings.serve), note_of(**service));
+  auto http = front::HttpServer::bind(api, settings.serve.listen, front_limits(settings.serve), note_of((*service)->metrics()));
   if (!http) {
     complain(http.problem());
     return kFailed;

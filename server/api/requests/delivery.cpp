@@ -119,7 +119,7 @@ proto::Problem several_sources() {
           "source"};
 }
 
-std::uint64_t most_bytes(const Service& service) { return std::uint64_t{service.settings().serve.limits.body_mib} << 20; }
+std::uint64_t most_bytes(const Limits& limits) { return std::uint64_t{limits.body_mib} << 20; }
 
 Request watched(const Request& request, limits::Space::Claim& claim, std::string* full) {
   Request watched = request;
@@ -158,14 +158,13 @@ proto::Result<Given> other_parameters(const Request& request, Delivery& delivery
   return others;
 }
 
-std::optional<proto::Problem> check_delivery(const Service& service, const Request& request, RasterIs raster,
+std::optional<proto::Problem> check_delivery(const ServeSettings& settings, const Request& request, RasterIs raster,
                                              Delivery& delivery) {
   if (!delivery.address.empty()) {
-    if (const auto allowed = updates::check_address(service.settings().serve, delivery.address); !allowed)
-      return allowed.problem();
+    if (const auto allowed = updates::check_address(settings, delivery.address); !allowed) return allowed.problem();
   }
   if (auto refused = check_headers(request, delivery)) return refused;
-  return check_body(request, raster, most_bytes(service), delivery);
+  return check_body(request, raster, most_bytes(settings.limits), delivery);
 }
 
 proto::Result<void> take_raster(Service& service, const Delivery& delivery, const Request& request, Upload& upload) {
@@ -177,7 +176,7 @@ proto::Result<void> take_raster(Service& service, const Delivery& delivery, cons
   std::string full;
   const auto claim = service.admission().space().claim(delivery.expected.value_or(0), &full);
   if (!claim) return limits::storage_full(full);
-  auto received = upload.receive(watched(request, *claim, &full), most_bytes(service), delivery.expected);
+  auto received = upload.receive(watched(request, *claim, &full), most_bytes(service.settings().serve.limits), delivery.expected);
   return received || full.empty() ? received : limits::storage_full(full);
 }
 

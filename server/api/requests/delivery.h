@@ -33,9 +33,10 @@ std::optional<proto::Problem> unknown_in_body(const Given& options, const std::s
 /// A POST fetches one raster.
 proto::Problem several_sources();
 /// Reads the headers, and checks that what was announced may come.
-std::optional<proto::Problem> check_delivery(const Service& service, const Request& request, RasterIs raster, Delivery& delivery);
+std::optional<proto::Problem> check_delivery(const ServeSettings& settings, const Request& request, RasterIs raster,
+                                             Delivery& delivery);
 /// The largest body that the operator takes.
-std::uint64_t most_bytes(const Service& service);
+std::uint64_t most_bytes(const Limits& limits);
 
 /// The raster into the upload, from the body or from the parts. Nothing where it is to be fetched.
 proto::Result<void> take_raster(Service& service, const Delivery& delivery, const Request& request, Upload& upload);
