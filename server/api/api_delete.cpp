@@ -48,11 +48,9 @@ bool delete_dataset(Service& service, const std::string& id) {
   if (!forget_row(service, id)) return false;
   service.queue().cancel(id);
   service.hub().forget(id);
-  service.library().forget(id);
+  service.forget(id);
   const std::error_code error = remove_dataset_folder(service.layout(), id);
-  service.library().forget(id);  // again, for who opened it meanwhile
-  service.archive_files().forget(id);
-  service.list_texts().forget(id);
+  service.forget(id);  // again, for who opened it meanwhile
   if (error) log_warning("dataset " + id + ": cannot remove its folder: " + error.message());
   log_info("dataset " + id + ": deleted");
   return true;

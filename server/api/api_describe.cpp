@@ -87,8 +87,7 @@ Response describe_dataset(Service& service, const Request& request, const Datase
   if (!now) return problem_response(unknown_to(request, dataset.id));  // deleted meanwhile
   if (!write_record(service.layout().dataset(dataset.id), *now))
     log_warning("dataset " + dataset.id + ": " + kRecordFile + " cannot be written");
-  service.library().forget(dataset.id);
-  service.archive_files().forget(dataset.id);
+  service.forget(dataset.id);
   service.hub().touch(dataset.id);
   log_info("dataset " + dataset.id + ": described anew");
   if (is_lazy(dataset) && !is_lazy(*now) && (now->state == State::running || now->state == State::queued))

@@ -63,8 +63,7 @@ proto::Result<void> go_back(Service& service, const std::string& id, std::option
   const auto version = version_in(kept_store(service.layout().dataset(id), *found));
   if (!version) throw pipeline::StoreError(version.problem().detail);
   const auto back = roll_back(service.layout(), id, *found);
-  service.library().forget(id);
-  service.archive().forget(id);
+  service.forget(id);
   return back;
 }
 

@@ -131,9 +131,7 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
       std::make_unique<access::Audit>(settings.serve.audit_log.empty() ? layout.audit() : fs::path(settings.serve.audit_log));
   service->admission_ = std::make_unique<limits::Admission>(settings.serve.limits, layout.root, *service->registry_);
   const auto published = [self = service.get()](const std::string& id) {
-    self->library_.forget(id);
-    self->archive_.forget(id);
-    self->archive_files_->forget(id);
+    self->forget(id);
     if (LiveCache* const live = self->told_) live->touch();
   };
   service->archive_files_ = std::make_unique<ArchiveFiles>(
@@ -171,6 +169,13 @@ void Service::stop() {
 Row Service::find(const std::string& id) const {
   const auto mounted = mounts_.find(id);
   return mounted ? std::make_shared<const Dataset>(*mounted) : registry_->find(id);
+}
+
+void Service::forget(const std::string& id) {
+  library_.forget(id);
+  archive_.forget(id);
+  archive_files_->forget(id);
+  list_texts_.forget(id);
 }
 
 /// What lists show of each dataset, so that the first one who searches does not wait for the disk.

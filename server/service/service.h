@@ -67,6 +67,10 @@ class Service {
   ListTexts& list_texts() { return list_texts_; }
   ArchiveFiles& archive_files() { return *archive_files_; }
 
+  /// A dataset has another version or other words, or has gone: what was opened, told or made of it before is not used any more.
+  /// Who waits for it is told by the hub, and not here.
+  void forget(const std::string& id);
+
   /// Refuses when too many wait for the same already. progress: event streams, and posts with Prefer: wait.
   enum class WaitsFor : std::uint8_t { progress, tiles };
   Token wait_token(WaitsFor what = WaitsFor::progress);
