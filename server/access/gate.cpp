@@ -85,6 +85,12 @@ std::optional<Problem> Gate::refuse(const Request& request, Role needed) const {
   return Problem{"token-missing", "this takes a token", kHeader, "Authorization"};
 }
 
+std::optional<Problem> Gate::refuse_private() const {
+  if (has_tokens()) return std::nullopt;
+  return Problem{"option-forbidden", "private: this service was started without tokens, so everybody may read",
+                 "private=0, or cordillera serve --tokens FILE", "private"};
+}
+
 std::optional<Problem> Gate::refuse_without_tokens(const Request& request) const {
   if (from_another_site(request)) {
     return Problem{"origin-forbidden", "a page of another site may not write here",

@@ -31,6 +31,8 @@ class Gate {
   proto::Result<Identity> identify(const Request& request) const;
   /// Why the client may not do what needs the role; nothing: it may. The request's identity is that of identify().
   std::optional<proto::Problem> refuse(const Request& request, Role needed) const;
+  /// Why a dataset cannot be private; nothing: it can, for there are tokens.
+  std::optional<proto::Problem> refuse_private() const;
 
  private:
   Gate() = default;

@@ -77,10 +77,7 @@ Response describe_dataset(Service& service, const Request& request, const Datase
   if (!plain) return problem_response(plain.problem());
   Dataset changed = dataset;
   if (auto wrong = take(plain->query, changed)) return problem_response(*wrong);
-  if (changed.is_private && !service.gate().has_tokens()) {
-    return problem_response({"option-forbidden", "private: this service was started without tokens, so everybody may read",
-                             "private=0, or cordillera serve --tokens FILE", "private"});
-  }
+  if (auto refused = changed.is_private ? service.gate().refuse_private() : std::nullopt) return problem_response(*refused);
   (void)service.live().read(dataset, sender(request));  // one that is asleep could not be built
   service.registry().describe(dataset.id, changed.options, changed.is_private);
   const Row now = service.registry().find(dataset.id);

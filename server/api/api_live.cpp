@@ -82,9 +82,7 @@ proto::Result<LiveQuery> read_live_query(const Service& service, const Request& 
   build.clear_provisional();
   build.set_build(kLazy);
   if (build.keep_size() > 0) build.clear_build();  // these levels are not built block by block
-  if (asked.settings.private_dataset && !service.gate().has_tokens())
-    return Problem{"option-forbidden", "private: this service was started without tokens, so everybody may read",
-                   "private=0, or cordillera serve --tokens FILE", "private"};
+  if (auto refused = asked.settings.private_dataset ? service.gate().refuse_private() : std::nullopt) return *refused;
   if (auto refused = apply_policy(service.settings(), build)) return *refused;
   return asked;
 }

@@ -81,10 +81,7 @@ proto::Result<Posting> read_posting(Service& service, const Request& request, Ra
   posting.settings = std::move(settings.value());
   if (auto refused = take_again(given, posting)) return *refused;
   if (auto refused = take_lazy(is_given(*options, "build"), posting)) return *refused;
-  if (posting.settings.private_dataset && !service.gate().has_tokens()) {
-    return proto::Problem{"option-forbidden", "private: this service was started without tokens, so everybody may read",
-                          "private=0, or cordillera serve --tokens FILE", "private"};
-  }
+  if (auto refused = posting.settings.private_dataset ? service.gate().refuse_private() : std::nullopt) return *refused;
   if (auto refused = apply_policy(service.settings(), posting.settings.build)) return *refused;
   if (auto refused = check_delivery(service.settings().serve, request, raster, posting.delivery)) return *refused;
   if (!posting.delivery.address.empty() && !posting.updates && !posting.again) {
