@@ -7,7 +7,7 @@
 #include "server/api/api.h"
 #include "server/http/byte_range.h"
 #include "server/log/log.h"
-#include "server/options/option_values.h"
+#include "server/options/table_reader.h"
 
 namespace cordillera::server {
 namespace {
@@ -21,13 +21,10 @@ constexpr auto kLongestMaking = std::chrono::seconds(60);    // that a client wa
 
 /// format= of the query, or pictures of heights: most programs that open such archives are maps.
 proto::Result<const Face*> face_asked(const Request& request) {
+  static const std::vector<OptionOf<std::string>> kOptions = {
+      {"format", "", "", "", [](std::string_view text, std::string& format) { return format = text, Complaint(); }}};
   std::string wanted, names;
-  for (const auto& [name, value] : request.query) {
-    if (name != "format")
-      return Problem{"option-unknown", "unknown query parameter '" + name.substr(0, 100) + "' of an archive", "format",
-                     name.substr(0, 100)};
-    wanted = value;
-  }
+  if (auto problem = read_options(kOptions, request.query, {.of = " of an archive"}, wanted)) return *problem;
   for (const Face* face : pipeline::faces::all_faces()) {
     if (!pipeline::exports::fits_pmtiles(*face)) continue;
     if (wanted.empty() ? pipeline::exports::fits_mbtiles(*face) : face->name == wanted) return face;

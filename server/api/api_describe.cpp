@@ -28,9 +28,8 @@ std::optional<Problem> take(const Given& given, Dataset& dataset) {
   if (given.empty()) return Problem{"option-invalid", "nothing is to change", kDescribable, ""};
   for (auto at = given.begin(); at != given.end(); ++at) {
     const auto& [name, value] = *at;
-    if (std::any_of(given.begin(), at, [&wanted = name](const auto& earlier) { return earlier.first == wanted; })) {
-      return Problem{"option-repeated", name.substr(0, 100) + " is given more than once", "one value", name.substr(0, 100)};
-    }
+    if (std::any_of(given.begin(), at, [&wanted = name](const auto& earlier) { return earlier.first == wanted; }))
+      return given_twice(name, "one value");
     std::optional<Problem> wrong;
     if (name == "title") {
       wrong = take_words(name, value, dataset.options.mutable_title());
@@ -46,8 +45,7 @@ std::optional<Problem> take(const Given& given, Dataset& dataset) {
         wrong = Problem{"option-invalid", "build='" + value + "'", "full: all blocks are made from now on", name};
       dataset.options.clear_build();
     } else {
-      return Problem{"option-unknown", "a dataset's '" + name.substr(0, 100) + "' does not change without a build", kDescribable,
-                     name.substr(0, 100)};
+      return unknown_name("a dataset's", name, " does not change without a build", kDescribable);
     }
     if (wrong) return wrong;
   }

@@ -10,6 +10,7 @@
 #include "server/http/digest.h"
 #include "server/http/percent.h"
 #include "server/log/log.h"
+#include "server/options/option_values.h"
 #include "server/options/request_policy.h"
 
 namespace cordillera::server {
@@ -52,7 +53,7 @@ proto::Result<LiveQuery> read_live_query(const Service& service, const Request& 
   LiveQuery asked;
   Given options;
   for (const auto& [name, value] : request.query) {
-    if (name == "url" && !asked.address.empty()) return Problem{"option-repeated", "url is given twice", "one url", "url"};
+    if (name == "url" && !asked.address.empty()) return given_twice(name, "one url");
     if (name == "url")
       asked.address = value;
     else if (is_option_of_live(name) || path.empty())

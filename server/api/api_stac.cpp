@@ -32,15 +32,15 @@ Response document(const Json& json, const char* type = "application/json") {
 
 /// limit, after and bbox of a list of datasets; the rest of its parameters mean nothing here.
 proto::Result<ListQuery> query_of(const Request& request) {
-  for (const auto& [name, value] : request.query) {
-    if (name == "limit" || name == "after" || name == "bbox") continue;
-    return proto::Problem{"option-unknown", "unknown query parameter '" + name.substr(0, 100) + "' of a list of items",
-                          "limit, after, bbox", name.substr(0, 100)};
-  }
-  auto query = list_query(request.query);
-  if (!query) return query;
-  query->limit = std::min(query->limit, kMostItems);
-  query->states = {State::ready};
+  static const std::vector<ListOption> kOptions = [] {
+    std::vector<ListOption> options = list_options();
+    std::erase_if(options, [](const ListOption& option) { return option.name == "state" || option.name == "q"; });
+    return options;
+  }();
+  ListQuery query;
+  if (auto problem = read_options(kOptions, request.query, {.of = " of a list of items"}, query)) return *problem;
+  query.limit = std::min(query.limit, kMostItems);
+  query.states = {State::ready};
   return query;
 }
 

@@ -12,7 +12,7 @@
 #include "server/jobs/source_json.h"
 #include "server/jobs/turn.h"
 #include "server/log/log.h"
-#include "server/options/option_values.h"
+#include "server/options/table_reader.h"
 
 namespace cordillera::server::updates {
 namespace {
@@ -37,15 +37,13 @@ Json version_json(const proto::DatasetVersion& version, const proto::Manifest& m
 
 /// The number to go back to, out of the query; nullopt: to the one before.
 proto::Result<std::optional<std::uint32_t>> wanted(const Request& request) {
-  std::optional<std::uint32_t> number;
-  for (const auto& [name, value] : request.query) {
-    if (name != "to")
-      return Problem{"option-unknown", "unknown query parameter '" + name.substr(0, 100) + "'", "to=NUMBER, or nothing", name};
-    std::uint32_t read = 0;
-    if (const auto wrong = read_whole(value, {1, UINT32_MAX}, &read))
-      return wrong_value(name, value, *wrong, "a number of GET …/versions");
-    number = read;
-  }
+  using Number = std::optional<std::uint32_t>;
+  static const std::vector<OptionOf<Number>> kOptions = {
+      {"to", "", "", "a number of GET …/versions", [](std::string_view text, Number& to) {
+         return read_whole(text, {1, UINT32_MAX}, &to.emplace());
+       }}};
+  Number number;
+  if (auto problem = read_options(kOptions, request.query, {.elsewhere = "=NUMBER, or nothing"}, number)) return *problem;
   return number;
 }
 

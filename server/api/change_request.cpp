@@ -91,9 +91,7 @@ proto::Result<ChangeRequest> read_change(const Settings& server, const Request& 
     source.set_id(random_word(8));
   }
   if (request.method == "DELETE") {
-    if (!options->empty())
-      return Problem{"option-unknown", "a DELETE has no parameter '" + options->front().first + "'", "none",
-                     options->front().first};
+    if (!options->empty()) return unknown_name("a DELETE has no parameter", options->front().first, "", "none");
     if (auto refused = check_delivery(server.serve, request, RasterIs::optional, asked.delivery)) return *refused;
     if (asked.delivery.any()) return Problem{"request-invalid", "a DELETE has no raster", "no body", ""};
     change.set_idempotency_key(own_key(request, asked.delivery.key));

@@ -189,4 +189,14 @@ proto::Problem wrong_value(const std::string& name, const std::string& value, co
   return {"option-invalid", name + "='" + quotable(value, 200) + "': " + complaint, accepted, name};
 }
 
+proto::Problem unknown_name(const std::string& what, const std::string& name, const std::string& rest,
+                            const std::string& accepted) {
+  const std::string shown = quotable(name);
+  return {"option-unknown", what + " '" + shown + "'" + rest, accepted, shown};
+}
+
+proto::Problem given_twice(const std::string& name, const std::string& accepted) {
+  return {"option-repeated", quotable(name) + " is given twice", accepted, quotable(name)};
+}
+
 }  // namespace cordillera::server

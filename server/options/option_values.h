@@ -66,6 +66,13 @@ std::string quotable(const std::string& text, std::size_t most = 100);
 proto::Problem wrong_value(const std::string& name, const std::string& value, const std::string& complaint,
                            const std::string& accepted);
 
+/// "option-unknown": "WHAT 'NAME'REST", as in "unknown option 'eror'; did you mean error?".
+proto::Problem unknown_name(const std::string& what, const std::string& name, const std::string& rest,
+                            const std::string& accepted);
+
+/// "option-repeated".
+proto::Problem given_twice(const std::string& name, const std::string& accepted);
+
 /// The candidate nearest to name by edit distance, if it is near enough to be what was meant.
 std::optional<std::string> nearest_name(std::string_view name, const std::vector<std::string>& candidates);
 

@@ -50,12 +50,11 @@ proto::Problem unknown_option(const std::string& name, const std::vector<OptionS
     const std::string word = spelt({*meant, "", "", "", nullptr}, spelling);
     if (std::find(names.begin(), names.end(), word) != names.end()) nearest = word;
   }
-  const char* kind = spelling == Spelling::query ? "query parameter" : "option";
-  const std::string shown = quotable(name);
+  const char* what = spelling == Spelling::query ? "unknown query parameter" : "unknown option";
   const std::string hint = name == "scheme" ? ": it had one value, and is left out now"
                            : nearest        ? "; did you mean " + *nearest + "?"
                                             : "";
-  return {"option-unknown", std::string("unknown ") + kind + " '" + shown + "'" + hint, all, shown};
+  return unknown_name(what, name, hint, all);
 }
 
 /// Earlier versions took nodata=hole and nodata=fill for what voids= says now.
@@ -109,9 +108,7 @@ proto::Result<Settings> with_layer(Settings settings, const std::vector<OptionSp
       option = *voids;
       note_old_nodata(value, spelling, settings);
     }
-    if (!seen.insert(option->name).second) {
-      return proto::Problem{"option-repeated", name + " is given twice", "each option once; lists are separated by commas", name};
-    }
+    if (!seen.insert(option->name).second) return given_twice(name, "each option once; lists are separated by commas");
     if ((option->name == "error" && seen.count("keep") != 0) || (option->name == "keep" && seen.count("error") != 0)) {
       return proto::Problem{"options-conflict", "error and keep are two ways to say how fine the levels are; both are given",
                             "one of them", name};

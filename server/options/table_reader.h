@@ -1,6 +1,6 @@
 #pragma once
-// Tables of options beside those of a build (options.h): of a mesh, of a list, of the published algorithm. One reader serves
-// them.
+// Tables of options beside those of a build (options.h): of a mesh, of a list, of an archive, of the published algorithm. One
+// reader serves them.
 #include <algorithm>
 #include <functional>
 #include <optional>
@@ -43,11 +43,9 @@ std::optional<proto::Problem> read_options(const std::vector<OptionOf<Wish>>& ta
     if (option == table.end()) {
       std::string all;
       for (const OptionOf<Wish>& known : table) all += (all.empty() ? "" : ", ") + known.name;
-      return proto::Problem{"option-unknown", "unknown query parameter '" + quotable(name) + "'" + words.of,
-                            all + words.elsewhere, quotable(name)};
+      return unknown_name("unknown query parameter", name, words.of, all + words.elsewhere);
     }
-    if (!seen.insert(name).second)
-      return proto::Problem{"option-repeated", name + " is given twice", "each parameter once", name};
+    if (!seen.insert(name).second) return given_twice(name, "each parameter once");
     if (const Complaint complaint = option->apply(value, wish)) return wrong_value(name, value, *complaint, option->accepted);
   }
   return std::nullopt;

@@ -216,6 +216,11 @@ TEST(Api, TheListKnowsItsParametersAlone) {
     EXPECT_EQ(slug_of(refused), "option-unknown");
     EXPECT_EQ(body_of(refused)["parameter"], "error");
   }
+  request.path = "/stac/collections/datasets/items";
+  request.query = {{"limit", "5"}, {"q", "alps"}};
+  const Response refused = test.api().handle(request);
+  EXPECT_EQ(slug_of(refused), "option-unknown");
+  EXPECT_EQ(body_of(refused)["accepted"], "limit, after, bbox");
 }
 
 TEST(Api, AMissingTileSaysWhichThereAre) {

@@ -215,6 +215,8 @@ TEST(Elevation, BodiesMayBeGeoJson) {
   EXPECT_EQ(body_of(post(R"({"type":"Point","coordinates":[-71.5,44.3]})"))["points"][0], points["points"][0]);
   const Json from_curl = body_of(post(R"({"points":)" + pair + "}", {{"level", "5"}}, "application/x-www-form-urlencoded"));
   EXPECT_EQ(from_curl["level"], 5) << "curl -d says that it is a form";
+  for (const char* level : {"+5", " 5"})
+    EXPECT_EQ(body_of(post(R"({"points":)" + pair + "}", {{"level", level}}))["level"], 5) << "as mesh.glb reads it";
 }
 
 TEST(Elevation, BadInputIsNamed) {
@@ -243,6 +245,8 @@ TEST(Elevation, BadInputIsNamed) {
            {{{"line", "7,46;8,46"}, {"samples", "-3"}}, "option-invalid", "samples"},
            {{{"points", "7,46"}, {"level", "40"}}, "option-invalid", "level"},
            {{{"points", "7,46"}, {"level", "fine"}}, "option-invalid", "level"},
+           {{{"points", "7,46"}, {"level", "-1"}}, "option-invalid", "level"},
+           {{{"points", "7,46"}, {"level", "5"}, {"level", "5"}}, "option-repeated", "level"},
            {{{"points", "7,46"}, {"format", "csv"}}, "option-unknown", "format"},
        }) {
     const Response response = get("elevation", c.query);
@@ -374,6 +378,18 @@ TEST(RasterFaces, OutsideTheDataHeightsAreRefusedAndPicturesAreEmpty) {
   EXPECT_EQ(get("hillshade/30/0/0.png").status, 204);
   EXPECT_EQ(get("terrain-rgb/0/0/0.png").header("Content-Type"), "image/png");
   EXPECT_EQ(get("terrarium/0/0/0.webp").header("Content-Type"), "image/webp");
+}
+
+TEST(Archive, WhatIsNoFormatIsNamed) {
+  const auto refused = [](const Query& query) {
+    Request request;
+    request.path = built().base() + ".pmtiles";
+    request.query = query;
+    return slug_of(built().api().handle(request));
+  };
+  EXPECT_EQ(refused({{"form", "drc"}}), "option-unknown");
+  EXPECT_EQ(refused({{"format", "tif"}}), "option-invalid");
+  EXPECT_EQ(refused({{"format", "drc"}, {"format", "hillshade"}}), "option-repeated");
 }
 
 Response asked_archive(const std::map<std::string, std::string>& headers = {}) {

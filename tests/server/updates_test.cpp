@@ -181,6 +181,8 @@ TEST_F(Updates, WhatIsWrongChangesNothing) {
   EXPECT_EQ(slug(change("PUT", "/sources/nobody", "patch.tif")), "source-unknown");
   EXPECT_EQ(slug(change("DELETE", "/sources/nobody")), "source-unknown");
   EXPECT_EQ(ask("POST", base_ + "/rollback?to=7").status, 404);
+  EXPECT_EQ(slug(ask("POST", base_ + "/rollback?to=1&to=2")), "option-repeated");
+  EXPECT_EQ(slug(ask("POST", base_ + "/rollback?from=1")), "option-unknown");
   // A key is for one request.
   const httplib::Headers key = {{"Idempotency-Key", "k1"}};
   const Said once = change("POST", "/sources?name=patch.tif", "patch.tif", key),

@@ -6,6 +6,7 @@
 #include "server/api/requests/prefer.h"
 #include "server/fetch/addresses.h"
 #include "server/http/json.h"
+#include "server/options/option_values.h"
 #include "server/options/spoken_words.h"
 #include "server/uploads/tus.h"
 
@@ -104,10 +105,7 @@ std::optional<proto::Problem> unknown_in_body(const Given& options, const std::s
     auto nearest = nearest_name(name, names);
     if (const auto meant = meant_by_habit(name)) nearest = spelt({*meant, "", "", "", nullptr}, Spelling::query);
     if (name == "url" || name == "file" || name == "raster" || name == "path") nearest = "source";
-    const std::string shown = quotable(name);
-    return proto::Problem{"option-unknown",
-                          "unknown " + kind + " '" + shown + "'" + (nearest ? "; did you mean " + *nearest + "?" : ""),
-                          post_names(), shown};
+    return unknown_name("unknown " + kind, name, nearest ? "; did you mean " + *nearest + "?" : "", post_names());
   }
   return std::nullopt;
 }
@@ -145,7 +143,7 @@ proto::Result<Given> other_parameters(const Request& request, Delivery& delivery
       others.emplace_back(name, value);
       continue;
     }
-    if (!place->empty()) return proto::Problem{"option-repeated", name + " is given twice", "one " + name, name};
+    if (!place->empty()) return given_twice(name, "one " + name);
     if (value.empty()) return proto::Problem{"option-invalid", name + " is empty", "an address, or the id of an upload", name};
     if (name == "source" && is_several(value)) return several_sources();
     *place = value;

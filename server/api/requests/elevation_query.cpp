@@ -6,7 +6,7 @@
 
 #include "proto/numbers.h"
 #include "server/http/json.h"
-#include "server/options/option_values.h"
+#include "server/options/table_reader.h"
 
 namespace cordillera::server {
 namespace {
@@ -133,26 +133,18 @@ proto::Result<Shape> shape_of_body(const Request& request) {
 /// The query's words, each once.
 struct AskedWords {
   std::optional<std::string> points, line, samples, level;
-
-  std::optional<std::string>* named(std::string_view name) {
-    if (name == "points") return &points;
-    if (name == "line") return &line;
-    if (name == "samples") return &samples;
-    return name == "level" ? &level : nullptr;
-  }
 };
 
 proto::Result<AskedWords> words_of(const Request& request) {
+  const auto kept_in = [](std::optional<std::string> AskedWords::*word) {
+    return [word](std::string_view text, AskedWords& words) { return (words.*word).emplace(text), Complaint(); };
+  };
+  static const std::vector<OptionOf<AskedWords>> kOptions = {{"points", "", "", "", kept_in(&AskedWords::points)},
+                                                             {"line", "", "", "", kept_in(&AskedWords::line)},
+                                                             {"samples", "", "", "", kept_in(&AskedWords::samples)},
+                                                             {"level", "", "", "", kept_in(&AskedWords::level)}};
   AskedWords words;
-  for (const auto& [name, value] : request.query) {
-    const std::string spelt = quotable(name);
-    std::optional<std::string>* word = words.named(name);
-    if (word == nullptr) {
-      return proto::Problem{"option-unknown", "unknown query parameter '" + spelt + "'", "points, line, samples, level", spelt};
-    }
-    if (*word) return proto::Problem{"option-repeated", spelt + " is given twice", "one " + spelt, spelt};
-    *word = value;
-  }
+  if (auto problem = read_options(kOptions, request.query, {}, words)) return *problem;
   return words;
 }
 
@@ -178,15 +170,14 @@ proto::Result<ElevationQuery> elevation_query(const Request& request, int least_
   const auto words = words_of(request);
   if (!words) return words.problem();
   ElevationQuery query;
-  if (words->level) {
-    query.level = proto::number<int>(*words->level);
-    if (!query.level || *query.level < least_level || *query.level > most_level) {
-      return proto::Problem{"option-invalid", "level=" + as_given(*words->level) + " is no level of this dataset",
-                            std::to_string(least_level) + " to " + std::to_string(most_level), "level"};
-    }
+  std::uint32_t level = 0, samples = 0;
+  const WholeRange levels{static_cast<std::uint32_t>(least_level), static_cast<std::uint32_t>(most_level)};
+  if (words->level && read_whole(*words->level, levels, &level)) {
+    return proto::Problem{"option-invalid", "level=" + as_given(*words->level) + " is no level of this dataset",
+                          std::to_string(least_level) + " to " + std::to_string(most_level), "level"};
   }
-  const auto samples = words->samples ? proto::number<std::size_t>(*words->samples) : std::optional<std::size_t>(0);
-  if (!samples || (words->samples && (*samples < 2 || *samples > kMostPlaces))) {
+  if (words->level) query.level = static_cast<int>(level);
+  if (words->samples && read_whole(*words->samples, {2, kMostPlaces}, &samples)) {
     return proto::Problem{"option-invalid", "samples=" + as_given(*words->samples) + " is no number of samples",
                           "2 to " + std::to_string(kMostPlaces), "samples"};
   }
@@ -197,7 +188,7 @@ proto::Result<ElevationQuery> elevation_query(const Request& request, int least_
                           "samples with a line of two places or more", "samples"};
   }
   query.line = shape->line;
-  query.places = query.line ? raster::along_geodesics(shape->places, *samples) : std::move(shape->places);
+  query.places = query.line ? raster::along_geodesics(shape->places, samples) : std::move(shape->places);
   return query;
 }
 
