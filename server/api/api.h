@@ -79,6 +79,9 @@ bool delete_dataset(Service& service, const std::string& id);
 /// What a build of the raster in the folder would make; nothing is kept.
 Response dry_run(JobQueue& queue, const Request& request, const proto::Job& job, const std::filesystem::path& folder);
 
+/// The answer to who wants to change a dataset that is only read here; none: it may be changed.
+std::optional<Response> refuse_mounted(const Dataset& dataset);
+
 /// GET …/events.
 Response event_stream(Service& service, const Request& request, const Dataset& dataset);
 
@@ -164,8 +167,6 @@ bool is_built_lazily(Service& service, const Dataset& dataset);
 /// State, progress, error, links and, once it is ready, a summary. path: the dataset's, as the client sees it (public_path).
 Json status_json(Service& service, const Dataset& dataset, const std::string& path);
 
-/// Whether it is a mounted folder of finished tiles: nothing is made of it when it is asked for.
-bool is_folder(const Mounts& mounts, const std::string& id);
 /// A face that a dataset has, with those of its resources that there are.
 struct Part {
   const pipeline::faces::Face* face;

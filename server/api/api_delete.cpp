@@ -23,15 +23,18 @@ bool forget_row(Service& service, const std::string& id) {
 
 }  // namespace
 
+std::optional<Response> refuse_mounted(const Dataset& dataset) {
+  if (!dataset.mounted) return std::nullopt;
+  auto response =
+      problem_response({"method-not-allowed", "dataset " + dataset.id + " was published elsewhere; this service only reads it",
+                        "GET, HEAD, OPTIONS", ""});
+  response.set("Allow", "GET, HEAD, OPTIONS");
+  return response;
+}
+
 Response remove_dataset(Service& service, const Request& request, const Dataset& dataset) {
   const std::string id = dataset.id;
-  if (service.mounts().has(id)) {
-    auto response =
-        problem_response({"method-not-allowed", "dataset " + id + " was published elsewhere; this service only reads it",
-                          "GET, HEAD, OPTIONS", ""});
-    response.set("Allow", "GET, HEAD, OPTIONS");
-    return response;
-  }
+  if (auto refused = refuse_mounted(dataset)) return std::move(*refused);
   if (request.who.role < access::Role::admin && dataset.owner != request.who.name) {
     return problem_response({"role-too-low", "the token '" + request.who.name + "' did not post dataset " + id,
                              "the token that did, or one with the role admin", "Authorization"});

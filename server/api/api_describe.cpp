@@ -55,13 +55,7 @@ std::optional<Problem> take(const Given& given, Dataset& dataset) {
 }  // namespace
 
 Response describe_dataset(Service& service, const Request& request, const Dataset& dataset) {
-  if (service.mounts().has(dataset.id)) {
-    auto response =
-        problem_response({"method-not-allowed", "dataset " + dataset.id + " was published elsewhere; this service only reads it",
-                          "GET, HEAD, OPTIONS", ""});
-    response.set("Allow", "GET, HEAD, OPTIONS");
-    return response;
-  }
+  if (auto mounted = refuse_mounted(dataset)) return std::move(*mounted);
   if (auto refused = updates::refuse(request, dataset)) return problem_response(*refused);
   const bool bodiless = !request.header("transfer-encoding") && request.header("content-length").value_or("0") == "0";
   const std::string type = request.header("content-type").value_or("");

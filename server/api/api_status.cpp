@@ -57,9 +57,6 @@ Json links_json(const std::string& path, Readable readable) {
   return links;
 }
 
-/// The folder of a dataset that is one; else empty.
-std::string folder_of(const Mounts& mounts, const std::string& id) { return mounts.has(id) ? mounts.folder(id) : ""; }
-
 /// Whether a name can stand for one of the braces.
 bool fits(const std::string& brace, const std::string& name) {
   if (brace == "{root}") return name == "W" || name == "E";
@@ -231,7 +228,7 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pa
   json["links"] = links_json(path, dataset.state == State::ready ? Readable::all
                                    : provisional                 ? Readable::provisional
                                                                  : Readable::nothing);
-  const std::string folder = folder_of(service.mounts(), dataset.id);
+  const std::string folder = service.mounts().folder(dataset.id);
   if (!folder.empty()) json["links"] = only_in_folder(json["links"], folder);
   if (changes.is_object()) json["updates"] = changes;
   json["notes"] = std::vector<std::string>(dataset.options.warnings().begin(), dataset.options.warnings().end());
@@ -250,11 +247,9 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pa
   return json;
 }
 
-bool is_folder(const Mounts& mounts, const std::string& id) { return !folder_of(mounts, id).empty(); }
-
 std::vector<Part> parts_of(const Mounts& mounts, const std::string& id) {
   using pipeline::faces::Grid;
-  const std::string folder = folder_of(mounts, id);
+  const std::string folder = mounts.folder(id);
   std::vector<Part> parts;
   for (const pipeline::faces::Face* face : pipeline::faces::all_faces()) {
     Part part{face, {}};

@@ -351,7 +351,7 @@ std::optional<Awaited> awaited_tile(const Request& request, const Route& route) 
 }
 
 Response published(Service& service, const Request& request, const Dataset& dataset, const Route& route) {
-  const std::string folder = service.mounts().has(dataset.id) ? service.mounts().folder(dataset.id) : "";
+  const std::string folder = service.mounts().folder(dataset.id);
   if (!folder.empty()) return published_folder(service, dataset, route, folder);
   const Opened opened = open_readable(service, dataset, route);
   if (opened.terrain && !opened.terrain->manifest().provisional()) return of_terrain(opened.terrain, request, route);

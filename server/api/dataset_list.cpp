@@ -55,7 +55,8 @@ bool is_wanted(Library& library, const Dataset& dataset, const ListQuery& query)
 std::vector<Row> mounted(const Mounts& mounts, std::int64_t after) {
   std::vector<Row> rows;
   std::int64_t number = kMounts;
-  for (Dataset& dataset : mounts.list()) {
+  for (const Row& row : mounts.list()) {
+    Dataset dataset = *row;
     dataset.number = number--;
     if (dataset.number < after) rows.push_back(std::make_shared<const Dataset>(std::move(dataset)));
   }
@@ -65,7 +66,7 @@ std::vector<Row> mounted(const Mounts& mounts, std::int64_t after) {
 std::string item_text(Service& service, const Request& request, const Row& row) {
   const std::string path = public_path(request, row->id);
   const auto make = [&] { return ListText::item(status_json(service, *row, path)); };
-  const bool settled = row->state == State::ready && !service.mounts().has(row->id) && !service.ledger().holds(row->id);
+  const bool settled = row->state == State::ready && !row->mounted && !service.ledger().holds(row->id);
   if (!settled) return make();
   const auto summary = service.library().summary(row->id);
   return summary ? service.list_texts().of({row, *summary, path}, make) : make();

@@ -58,17 +58,16 @@ Response in_dataset(Service& service, const Request& request, const Route& route
     const Row now = service.find(route.id);  // it may have been woken
     if (auto later = now ? wait_until_read(service, request, *now, route) : std::nullopt) return *later;
   }
-  const bool mounted = service.mounts().has(dataset->id);
   const auto read = [&] { return make(service, request, *dataset, route); };
   Response response;
   try {
-    response = mounted ? of_mount(service.mounts(), dataset->id, read) : read();
+    response = dataset->mounted ? of_mount(service.mounts(), dataset->id, read) : read();
   } catch (const pipeline::StoreError& error) {
     response = problem_response(service.library().damaged(dataset->id, error.what()));
   }
   if (dataset->is_private) keep_from_others(response);
   if (!response.keep) response.keep = made_anew;
-  const bool plain = dataset->state == State::ready && dataset->address.empty() && !dataset->is_private && !mounted &&
+  const bool plain = dataset->state == State::ready && dataset->address.empty() && !dataset->is_private && !dataset->mounted &&
                      route.version.empty() && !logs_debug();
   if (plain && route.found.resource != nullptr && route.found.resource->tag != nullptr && response.shared) {
     response.same_while = state;

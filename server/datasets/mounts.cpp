@@ -78,29 +78,25 @@ Mounts::Mounts(const Settings& settings)
     std::error_code error;
     place->path = raster::is_remote(mount.path) ? mount.path : file_in(mount.path);
     place->is_folder = !raster::is_remote(mount.path) && fs::is_directory(place->path, error);
-    place->created = start_text();
-    place->is_private = settings.private_dataset;
+    Dataset dataset;
+    dataset.id = dataset.name = mount.name;
+    dataset.state = State::ready;
+    dataset.created = start_text();
+    dataset.is_private = settings.private_dataset;
+    dataset.mounted = true;
+    place->row = std::make_shared<const Dataset>(std::move(dataset));
     places_[mount.name] = std::move(place);
   }
 }
 
-Dataset Mounts::dataset_of(const std::string& name, const Place& place) {
-  Dataset dataset;
-  dataset.id = dataset.name = name;
-  dataset.state = State::ready;
-  dataset.created = place.created;
-  dataset.is_private = place.is_private;
-  return dataset;
-}
-
-std::optional<Dataset> Mounts::find(const std::string& name) const {
+Row Mounts::find(const std::string& name) const {
   const auto found = places_.find(name);
-  return found == places_.end() ? std::nullopt : std::optional(dataset_of(name, *found->second));
+  return found == places_.end() ? nullptr : found->second->row;
 }
 
 std::string Mounts::folder(const std::string& name) const {
-  const Place& place = *places_.at(name);
-  return place.is_folder ? place.path : "";
+  const auto found = places_.find(name);
+  return found != places_.end() && found->second->is_folder ? found->second->path : "";
 }
 
 proto::Result<proto::Manifest> Mounts::manifest(const std::string& name) {
@@ -113,9 +109,9 @@ proto::Result<proto::Manifest> Mounts::manifest(const std::string& name) {
   return manifest ? std::move(manifest) : unreachable(name, {});
 }
 
-std::vector<Dataset> Mounts::list() const {
-  std::vector<Dataset> all;
-  for (const auto& [name, place] : places_) all.push_back(dataset_of(name, *place));
+std::vector<Row> Mounts::list() const {
+  std::vector<Row> all;
+  for (const auto& [name, place] : places_) all.push_back(place->row);
   return all;
 }
 

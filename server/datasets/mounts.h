@@ -28,10 +28,12 @@ class Mounts {
   explicit Mounts(const Settings& settings);
 
   bool has(const std::string& name) const { return places_.contains(name); }
-  std::optional<Dataset> find(const std::string& name) const;
-  std::vector<Dataset> list() const;
+  /// Null: none is called so.
+  Row find(const std::string& name) const;
+  std::vector<Row> list() const;
 
-  /// The folder of one that `build -o FOLDER/` wrote: its files are the answers, and open() refuses. Empty of any other.
+  /// The folder of one that `build -o FOLDER/` wrote: its files are the answers, and open() refuses. Empty of any other dataset,
+  /// mounted or not.
   std::string folder(const std::string& name) const;
   /// "storage-unreachable" when it cannot be read.
   proto::Result<proto::Manifest> manifest(const std::string& name);
@@ -47,8 +49,7 @@ class Mounts {
   struct Place {
     std::string path;
     bool is_folder = false;
-    std::string created;  ///< when the service began to know of it
-    bool is_private = false;
+    Row row;  ///< created: when the service began to know of it
     std::mutex mutex;
     std::shared_ptr<raster::ObjectFile> file;
     std::shared_ptr<const pipeline::faces::Terrain> terrain;
@@ -57,7 +58,6 @@ class Mounts {
     Time tried{};
   };
   void look_again(const std::string& name, Place& place);
-  static Dataset dataset_of(const std::string& name, const Place& place);
 
   std::shared_ptr<raster::BlockCache> cache_;
   std::map<std::string, std::unique_ptr<Place>> places_;  ///< never changes

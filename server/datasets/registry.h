@@ -33,6 +33,7 @@ struct Dataset {
   bool is_private = false;  ///< read with a token only
   std::string request_id;   ///< of the request that posted it
   std::string address;      ///< that its raster is fetched from, and fetched again; empty: it was posted
+  bool mounted = false;     ///< published elsewhere and only read here (mounts.h); the registry has none of these
 };
 
 /// A row as it was at one moment; null: there is none.

@@ -121,9 +121,9 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
     put_in_order(layout, *service->registry_, service->ledger_, settings.serve.keep_versions);
     service->uploads_.remove_old();
   } catch (const RegistryError& broken) { return unusable(broken.what()); }
-  for (const Dataset& mounted : service->mounts_.list()) {
-    if (!service->registry_->find(mounted.id)) continue;
-    return proto::Problem{"options-conflict", "a dataset that was posted is called " + mounted.id + " already", "another name",
+  for (const Row& mounted : service->mounts_.list()) {
+    if (!service->registry_->find(mounted->id)) continue;
+    return proto::Problem{"options-conflict", "a dataset that was posted is called " + mounted->id + " already", "another name",
                           "--mount"};
   }
   service->gate_ = std::move(*gate);
@@ -167,8 +167,8 @@ void Service::stop() {
 }
 
 Row Service::find(const std::string& id) const {
-  const auto mounted = mounts_.find(id);
-  return mounted ? std::make_shared<const Dataset>(*mounted) : registry_->find(id);
+  const Row mounted = mounts_.find(id);
+  return mounted ? mounted : registry_->find(id);
 }
 
 void Service::forget(const std::string& id) {
