@@ -3,17 +3,17 @@
 #include <GeographicLib/Geoid.hpp>
 
 #include <cstdlib>
-#include <sstream>
+
+#include "proto/parts.h"
 
 namespace cordillera::raster {
 
 std::vector<std::filesystem::path> geoid_folders() {
   std::vector<std::filesystem::path> folders;
-  if (const char* list = std::getenv("CORDILLERA_GEOIDS")) {
-    std::istringstream parts(list);
-    for (std::string folder; std::getline(parts, folder, ':');)
-      if (!folder.empty()) folders.emplace_back(folder);
-  }
+  const char* named = std::getenv("CORDILLERA_GEOIDS");
+  proto::each_part(named == nullptr ? "" : named, ':', [&](std::string_view folder) {
+    if (!folder.empty()) folders.emplace_back(folder);
+  });
   folders.emplace_back(GeographicLib::Geoid::DefaultGeoidPath());
   folders.emplace_back("/usr/share/proj");
   return folders;

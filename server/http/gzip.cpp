@@ -8,6 +8,7 @@
 #include "pipeline/exports/gzip.h"
 #include "pipeline/faces/face.h"
 #include "proto/letters.h"
+#include "proto/parts.h"
 
 namespace cordillera::server {
 namespace {
@@ -37,16 +38,12 @@ bool accepts_gzip(const Request& request) { return accepts(request, "gzip"); }
 bool accepts(const Request& request, std::string_view wanted) {
   const auto header = request.header("accept-encoding");
   if (!header) return false;
-  const std::string text = lower_without_spaces(*header);
-  std::string_view rest = text;
   double named = -1, any = 0;
-  while (!rest.empty()) {
-    const std::string_view item = rest.substr(0, rest.find(','));
-    rest.remove_prefix(std::min(rest.size(), item.size() + 1));
+  proto::each_part(lower_without_spaces(*header), ',', [&](std::string_view item) {
     const std::string_view coding = item.substr(0, item.find(';'));
     if (coding == wanted || (wanted == "gzip" && coding == "x-gzip")) named = quality(item);
     if (coding == "*") any = quality(item);
-  }
+  });
   return named >= 0 ? named > 0 : any > 0;
 }
 

@@ -1,6 +1,7 @@
 // The entries of the option table that a service has, its limits among them. Help and accepted values are written once, here.
 #include <algorithm>
 
+#include "proto/parts.h"
 #include "server/access/client_address.h"
 #include "server/http/dataset_id.h"
 #include "server/options/options.h"
@@ -27,12 +28,7 @@ Complaint apply_path(std::string_view text, Settings& settings) {
 /// A list separated by commas. take: of one of them, what is wrong with it.
 template <class Take>
 Complaint each_of_list(std::string_view text, const Take& take) {
-  for (std::string_view rest = text; !rest.empty();) {
-    const std::string one(rest.substr(0, rest.find(',')));
-    rest.remove_prefix(std::min(rest.size(), one.size() + 1));
-    if (Complaint complaint = take(one)) return complaint;
-  }
-  return std::nullopt;
+  return proto::each_part(text, ',', [&](std::string_view one) { return take(std::string(one)); });
 }
 
 Complaint apply_proxies(std::string_view text, Settings& settings) {

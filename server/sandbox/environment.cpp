@@ -1,7 +1,8 @@
 #include "server/sandbox/environment.h"
 
 #include <cstdlib>
-#include <sstream>
+
+#include "proto/parts.h"
 
 namespace cordillera::server::sandbox {
 
@@ -37,8 +38,7 @@ std::vector<std::string> environment_of_jobs() {
   };
   for (const Variable& variable : variables_of_jobs()) take(variable.name);
   const char* further = std::getenv(kFurtherVariables);
-  std::istringstream names(further == nullptr ? "" : further);
-  for (std::string name; std::getline(names, name, ',');) take(name);
+  proto::each_part(further == nullptr ? "" : further, ',', [&](std::string_view name) { take(std::string(name)); });
   return environment;
 }
 

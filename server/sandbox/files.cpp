@@ -8,10 +8,10 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
-#include <sstream>
 #include <string>
 #include <vector>
 
+#include "proto/parts.h"
 #include "proto/paths.h"
 
 namespace cordillera::server::sandbox {
@@ -132,8 +132,7 @@ bool confine_files(const Needs& needs) {
   for (const fs::path& path : needs.readable) rules.allow_reading(path, data);
   for (const char* name : {"PROJ_DATA", "PROJ_LIB", "GDAL_DATA"}) {
     const char* list = std::getenv(name);
-    std::istringstream folders(list == nullptr ? "" : list);
-    for (std::string folder; std::getline(folders, folder, ':');) rules.allow_reading(folder, data);
+    proto::each_part(list == nullptr ? "" : list, ':', [&](std::string_view folder) { rules.allow_reading(folder, data); });
   }
   rules.allow("/dev/null", kRead | kWriteFile);
   rules.allow(needs.folder, kRead | kChange | kTruncate);

@@ -6,6 +6,7 @@
 
 #include "proto/letters.h"
 #include "proto/numbers.h"
+#include "proto/parts.h"
 
 namespace cordillera::pipeline::faces {
 namespace {
@@ -56,14 +57,13 @@ Ramp stretched(std::span<const RampStop> shares, double low, double high) {
 
 proto::Result<Ramp> ramp_stops(std::string_view text, std::string_view accepted) {
   Ramp ramp;
-  for (std::string_view rest = text; !rest.empty();) {
-    const std::size_t comma = rest.find(',');
-    const auto next = stop(rest.substr(0, comma));
-    if (!next || ramp.size() == kMostStops || (!ramp.empty() && next->value <= ramp.back().value)) return refused(text, accepted);
+  const bool wrong = proto::each_part(text, ',', [&](std::string_view part) {
+    const auto next = stop(part);
+    if (!next || ramp.size() == kMostStops || (!ramp.empty() && next->value <= ramp.back().value)) return true;
     ramp.push_back(*next);
-    rest.remove_prefix(comma == rest.npos ? rest.size() : comma + 1);
-  }
-  if (ramp.size() < 2) return refused(text, accepted);
+    return false;
+  });
+  if (wrong || ramp.size() < 2) return refused(text, accepted);
   return ramp;
 }
 

@@ -5,6 +5,7 @@
 
 #include "proto/letters.h"
 #include "proto/numbers.h"
+#include "proto/parts.h"
 #include "server/front/message/beast.h"
 #include "server/front/message/target.h"
 
@@ -42,14 +43,8 @@ bool is_known_method(std::string_view method) {
 /// A word of a comma-separated list.
 bool lists(const Request& request, const char* header, std::string_view word) {
   const auto found = request.headers.find(header);
-  if (found == request.headers.end()) return false;
-  std::string_view rest = found->second;
-  while (!rest.empty()) {
-    const std::string_view item = rest.substr(0, rest.find(','));
-    rest.remove_prefix(std::min(rest.size(), item.size() + 1));
-    if (proto::lower(proto::trimmed(item)) == word) return true;
-  }
-  return false;
+  return found != request.headers.end() &&
+         proto::each_part(found->second, ',', [&](std::string_view item) { return proto::lower(proto::trimmed(item)) == word; });
 }
 
 /// Beast takes neither, and says of both that the version is bad.

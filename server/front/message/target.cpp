@@ -4,22 +4,21 @@
 
 #include "proto/letters.h"
 #include "proto/numbers.h"
+#include "proto/parts.h"
 #include "server/access/client_address.h"
 #include "server/http/percent.h"
 
 namespace cordillera::server::front {
 namespace {
 
-std::vector<std::pair<std::string, std::string>> read_query(std::string_view rest) {
+std::vector<std::pair<std::string, std::string>> read_query(std::string_view text) {
   std::vector<std::pair<std::string, std::string>> query;
-  while (!rest.empty()) {
-    const std::string_view pair = rest.substr(0, rest.find('&'));
-    rest.remove_prefix(std::min(rest.size(), pair.size() + 1));
-    if (pair.empty()) continue;
+  proto::each_part(text, '&', [&](std::string_view pair) {
+    if (pair.empty()) return;
     const auto equals = pair.find('=');
     query.emplace_back(percent_decoded(pair.substr(0, equals), AddressPart::query),
                        equals == pair.npos ? "" : percent_decoded(pair.substr(equals + 1), AddressPart::query));
-  }
+  });
   return query;
 }
 
