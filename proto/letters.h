@@ -1,5 +1,6 @@
 #pragma once
-// ASCII letters without regard to case, whatever the locale, blanks around a text, and bytes as hexadecimal digits.
+// ASCII letters and digits, whatever the locale; texts without regard to case, without blanks around them, without all but
+// letters and digits; bytes as hexadecimal digits.
 #include <algorithm>
 #include <string>
 #include <string_view>
@@ -7,8 +8,15 @@
 namespace cordillera::proto {
 
 constexpr char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+constexpr char upper(char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; }
 
-constexpr bool is_letter_or_digit(char c) { return (c >= '0' && c <= '9') || (lower(c) >= 'a' && lower(c) <= 'z'); }
+constexpr bool is_digit(char c) { return c >= '0' && c <= '9'; }
+constexpr bool is_letter(char c) { return lower(c) >= 'a' && lower(c) <= 'z'; }
+
+/// Or one of these others.
+constexpr bool is_letter_or_digit(char c, std::string_view others = "") {
+  return is_letter(c) || is_digit(c) || others.find(c) != others.npos;
+}
 
 inline std::string lower(std::string_view text) {
   std::string out(text);
@@ -18,6 +26,14 @@ inline std::string lower(std::string_view text) {
 
 inline bool same_letters(std::string_view a, std::string_view b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](char x, char y) { return lower(x) == lower(y); });
+}
+
+/// Its letters and digits alone, small: "NAVD 88" and "navd88" are one name.
+inline std::string letters_and_digits(std::string_view text) {
+  std::string out;
+  for (const char c : text)
+    if (is_letter_or_digit(c)) out += lower(c);
+  return out;
 }
 
 /// Without the blanks before and behind it. A view of the same text.

@@ -4,7 +4,6 @@
 #include <proj.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -41,14 +40,6 @@ std::optional<VerticalCrs> described(PJ_CONTEXT* context, const PJ* crs) {
   return VerticalCrs{proto::shown_text(proj_get_name(crs)), wkt};  // a raster may say what it likes
 }
 
-/// Letters and digits alone, small: "NAVD 88" and "navd88" are one name.
-std::string letters_of(const std::string& name) {
-  std::string letters;
-  for (const char c : name)
-    if (std::isalnum(static_cast<unsigned char>(c)) != 0) letters += proto::lower(c);
-  return letters;
-}
-
 struct NamedSystem {
   std::string name, code;
 };
@@ -75,11 +66,12 @@ std::optional<std::pair<std::string, std::string>> code_of(const std::string& te
   if (const std::size_t colon = text.find(':'), plus = text.find('+'); plus != std::string::npos && colon < plus)
     return code_of(text.substr(0, colon + 1) + text.substr(plus + 1));
   const std::size_t colon = text.find(':');
-  const auto all = [](std::string_view part, auto is) {
-    return !part.empty() && std::all_of(part.begin(), part.end(), [&](unsigned char c) { return is(c) != 0; });
+  const auto all = [](std::string_view part, bool (*is)(char)) {
+    return !part.empty() && std::all_of(part.begin(), part.end(), is);
   };
-  if (colon == std::string::npos && all(text, isdigit)) return std::pair{std::string("EPSG"), text};
-  if (colon == std::string::npos || !all(text.substr(0, colon), isalpha) || !all(text.substr(colon + 1), isdigit))
+  if (colon == std::string::npos && all(text, proto::is_digit)) return std::pair{std::string("EPSG"), text};
+  if (colon == std::string::npos || !all(text.substr(0, colon), proto::is_letter) ||
+      !all(text.substr(colon + 1), proto::is_digit))
     return std::nullopt;
   return std::pair{text.substr(0, colon), text.substr(colon + 1)};
 }
@@ -159,7 +151,7 @@ int year_in(const std::string& name) {
   int of_two_digits = 0;
   for (std::size_t at = 0; at < name.size();) {
     std::size_t end = at;
-    while (end < name.size() && std::isdigit(static_cast<unsigned char>(name[end])) != 0) ++end;
+    while (end < name.size() && proto::is_digit(name[end])) ++end;
     const int number = end > at && end - at <= 4 ? std::stoi(name.substr(at, end - at)) : 0;
     if (end - at == 4 && number >= 1900 && number < 2100) return number;
     if (end - at == 2 && of_two_digits == 0) of_two_digits = number < 50 ? 2000 + number : 1900 + number;
@@ -262,9 +254,9 @@ std::optional<VerticalCrs> find_vertical_crs(const std::string& text) {
     }
   }
   if (count == 1) return described(context.get(), Object(proj_list_get(context.get(), found.get(), 0)).get());
-  const std::string letters = letters_of(text);
+  const std::string letters = proto::letters_and_digits(text);
   for (const NamedSystem& system : height_systems(context.get())) {
-    const std::string own = letters_of(system.name);
+    const std::string own = proto::letters_and_digits(system.name);
     if (letters.empty() || (own != letters && own != letters + "height")) continue;
     const Object crs(proj_create_from_database(context.get(), "EPSG", system.code.c_str(), PJ_CATEGORY_CRS, 0, nullptr));
     return described(context.get(), crs.get());
@@ -274,12 +266,12 @@ std::optional<VerticalCrs> find_vertical_crs(const std::string& text) {
 
 std::vector<std::string> similar_height_systems(const std::string& text) {
   constexpr std::size_t kMost = 4, kFewestLetters = 3;
-  const std::string letters = letters_of(text);
+  const std::string letters = proto::letters_and_digits(text);
   if (letters.size() < kFewestLetters) return {};
   const ProjContext context = make_proj_context();
   std::vector<NamedSystem> similar;
   for (NamedSystem& system : height_systems(context.get())) {
-    if (letters_of(system.name).find(letters) != std::string::npos) similar.push_back(std::move(system));
+    if (proto::letters_and_digits(system.name).find(letters) != std::string::npos) similar.push_back(std::move(system));
   }
   std::sort(similar.begin(), similar.end(), [](const NamedSystem& a, const NamedSystem& b) {
     return std::pair(a.code.size(), a.code) > std::pair(b.code.size(), b.code);

@@ -1,9 +1,10 @@
 #include "raster/disk/private_folder.h"
 
-#include <cctype>
 #include <cstdlib>
 #include <filesystem>
 #include <system_error>
+
+#include "proto/letters.h"
 
 namespace cordillera::raster {
 
@@ -23,7 +24,7 @@ PrivateFolder::~PrivateFolder() {
 std::string PrivateFolder::place(const std::string& name) const {
   std::string safe = name;
   for (char& c : safe)
-    if (!std::isalnum(static_cast<unsigned char>(c)) && c != '.' && c != '-' && c != '_') c = '_';
+    if (!proto::is_letter_or_digit(c, ".-_")) c = '_';
   if (safe.empty() || safe[0] == '.') safe.insert(0, "raster");
   if (safe.size() > 200) safe = safe.substr(safe.size() - 200);
   return (fs::path(path_) / safe).string();

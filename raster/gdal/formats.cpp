@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <filesystem>
 
 #include "proto/letters.h"
@@ -41,7 +40,7 @@ bool holds(std::string_view extensions, std::string_view extension) {
 
 /// As a shell reads it.
 std::string shell_word(const std::string& name) {
-  const auto plain = [](unsigned char c) { return std::isalnum(c) || c == '.' || c == '-' || c == '_'; };
+  const auto plain = [](char c) { return proto::is_letter_or_digit(c, ".-_"); };
   if (!name.empty() && name[0] != '-' && std::all_of(name.begin(), name.end(), plain)) return name;
   std::string word = "'";
   for (const char c : proto::shown_text(name)) word += c == '\'' ? std::string("'\\''") : std::string(1, c);

@@ -1,7 +1,6 @@
 #include "raster/pixels/units.h"
 
 #include <array>
-#include <cctype>
 #include <string_view>
 
 #include "proto/letters.h"
@@ -69,7 +68,7 @@ constexpr std::array kSpellings{
 std::optional<HeightUnit> height_unit(const std::string& text) {
   std::string letters;
   for (const char c : text)
-    if (std::isalpha(static_cast<unsigned char>(c))) letters += proto::lower(c);
+    if (proto::is_letter(c)) letters += proto::lower(c);
   for (int plural = 0; plural < 2; ++plural) {
     for (const Spelling& s : kSpellings)
       if (s.text == letters) return HeightUnit{std::string(s.name), s.metres};

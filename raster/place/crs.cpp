@@ -4,7 +4,6 @@
 #include <cpl_string.h>
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <optional>
 
@@ -34,13 +33,11 @@ std::string known_datum(const OGRSpatialReference& srs) {
   if (code == "5773") return "EGM96";
   if (code == "3855") return "EGM2008";
   if (code == "5798") return "EGM84";
-  std::string letters;
-  for (const char c : own + " " + text_of(srs.GetAttrValue("VERT_DATUM")))
-    if (std::isalnum(static_cast<unsigned char>(c))) letters += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  if (letters.find("EGM96") != std::string::npos) return "EGM96";
-  if (letters.find("EGM2008") != std::string::npos || letters.find("EGM08") != std::string::npos) return "EGM2008";
-  if (letters.find("EGM84") != std::string::npos) return "EGM84";
-  if (letters.find("ELLIPSOID") != std::string::npos) return "ellipsoid";
+  const std::string letters = proto::letters_and_digits(own + text_of(srs.GetAttrValue("VERT_DATUM")));
+  if (letters.find("egm96") != std::string::npos) return "EGM96";
+  if (letters.find("egm2008") != std::string::npos || letters.find("egm08") != std::string::npos) return "EGM2008";
+  if (letters.find("egm84") != std::string::npos) return "EGM84";
+  if (letters.find("ellipsoid") != std::string::npos) return "ellipsoid";
   return proto::shown_text(own);
 }
 

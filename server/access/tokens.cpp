@@ -74,7 +74,7 @@ NewToken make_token(const std::string& name, Role role) {
 }
 
 bool is_token_name(std::string_view text) {
-  const auto fine = [](char c) { return proto::is_letter_or_digit(c) || c == '.' || c == '-' || c == '_'; };
+  const auto fine = [](char c) { return proto::is_letter_or_digit(c, ".-_"); };
   return !text.empty() && text.size() <= 64 && std::all_of(text.begin(), text.end(), fine);
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "proto/letters.h"
 #include "raster/place/area.h"
 #include "server/options/option_values.h"
 #include "server/options/options.h"
@@ -120,8 +121,7 @@ proto::Result<std::string> address_named(const std::string& what) {
   }
   // It also becomes a path on this machine.
   const std::string around = "/" + what + "/";
-  const bool plain = std::all_of(what.begin(), what.end(),
-                                 [](unsigned char c) { return std::isalnum(c) || c == '/' || c == '.' || c == '-' || c == '_'; });
+  const bool plain = std::all_of(what.begin(), what.end(), [](char c) { return proto::is_letter_or_digit(c, "/.-_"); });
   if (plain && what.find('.') != what.npos && around.find("//") == around.npos && around.find("/.") == around.npos) return what;
   return Problem{
       "usage", "'" + what + "' names nothing of a dataset",

@@ -22,8 +22,6 @@ proto::Problem cannot_write() {
   return {"storage-full", "the raster cannot be written to disk: " + std::string(strerror(errno)), "", ""};
 }
 
-bool plain(char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9'); }
-
 }  // namespace
 
 Upload::Upload(const Layout& layout, const std::string& suffix)
@@ -112,7 +110,7 @@ std::string suffix_of(const std::string& name) {
   if (dot == std::string::npos || name.size() - dot - 1 > 8 || name.size() - dot == 1) return "";
   std::string suffix = ".";
   for (const char c : name.substr(dot + 1)) {
-    if (!plain(proto::lower(c))) return "";
+    if (!proto::is_letter_or_digit(c)) return "";
     suffix += proto::lower(c);
   }
   return suffix;
@@ -121,7 +119,7 @@ std::string suffix_of(const std::string& name) {
 std::string id_stem(const std::string& file) {
   std::string id;
   for (const char c : file.substr(0, file.size() - suffix_of(file).size())) {
-    if (plain(proto::lower(c))) {
+    if (proto::is_letter_or_digit(c)) {
       id += proto::lower(c);
     } else if (!id.empty() && id.back() != '-') {
       id += '-';

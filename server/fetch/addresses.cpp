@@ -1,7 +1,6 @@
 #include "server/fetch/addresses.h"
 
 #include <algorithm>
-#include <cctype>
 
 #include "proto/letters.h"
 #include "raster/storage/storage.h"
@@ -70,9 +69,9 @@ bool is_crooked(const std::string& address) {
 /// "https:" of "https://host", empty of what has no scheme (RFC 3986, 3.1).
 std::string scheme_of(const std::string& reference) {
   const std::size_t colon = reference.find(':');
-  if (colon == std::string::npos || colon == 0 || !std::isalpha(static_cast<unsigned char>(reference.front()))) return "";
+  if (colon == std::string::npos || colon == 0 || !proto::is_letter(reference.front())) return "";
   const bool plain = std::all_of(reference.begin(), reference.begin() + static_cast<std::ptrdiff_t>(colon),
-                                 [](unsigned char c) { return std::isalnum(c) || c == '+' || c == '-' || c == '.'; });
+                                 [](char c) { return proto::is_letter_or_digit(c, "+-."); });
   return plain ? reference.substr(0, colon + 1) : "";
 }
 

@@ -2,6 +2,8 @@
 
 #include <vector>
 
+#include "proto/letters.h"
+
 namespace cordillera::server {
 namespace {
 
@@ -114,7 +116,7 @@ std::string title_of(std::string_view slug) {
   for (char& c : title) {
     if (c == '-') c = ' ';
   }
-  if (!title.empty() && title[0] >= 'a' && title[0] <= 'z') title[0] = static_cast<char>(title[0] - 'a' + 'A');
+  if (!title.empty()) title[0] = proto::upper(title[0]);
   return title;
 }
 

@@ -84,9 +84,7 @@ std::string spelt(const OptionSpec& option, Spelling spelling) {
     case Spelling::environment: break;
   }
   std::string name = kVariable + underscored(option.name);
-  for (char& c : name) {
-    if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
-  }
+  for (char& c : name) c = proto::upper(c);
   return name;
 }
 

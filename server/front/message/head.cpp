@@ -50,8 +50,8 @@ bool lists(const Request& request, const char* header, std::string_view word) {
 /// Beast takes neither, and says of both that the version is bad.
 std::optional<Problem> check_version(std::string_view bytes) {
   const std::string_view line = bytes.substr(0, bytes.find('\r')), word = line.substr(line.rfind(' ') + 1);
-  const auto digit = [](char c) { return c >= '0' && c <= '9'; };
-  const bool version = word.size() == 8 && word.starts_with("HTTP/") && digit(word[5]) && word[6] == '.' && digit(word[7]);
+  const bool version =
+      word.size() == 8 && word.starts_with("HTTP/") && proto::is_digit(word[5]) && word[6] == '.' && proto::is_digit(word[7]);
   if (!version || word == "HTTP/1.1" || word == "HTTP/1.0") return std::nullopt;
   return Problem{"http-version", "the request is " + std::string(word), "HTTP/1.1 or HTTP/1.0", ""};
 }

@@ -31,8 +31,7 @@ bool is_port(std::string_view text) { return text.empty() || proto::number<std::
 bool is_name(std::string_view text) {
   static constexpr std::string_view kOthers = "-._~!$&'()*+,;=";
   for (std::size_t i = 0; i < text.size(); ++i) {
-    const bool plain = proto::is_letter_or_digit(text[i]) || kOthers.find(text[i]) != kOthers.npos;
-    if (!plain && !escape_at(text, i)) return false;
+    if (!proto::is_letter_or_digit(text[i], kOthers) && !escape_at(text, i)) return false;
   }
   return !text.empty();
 }
