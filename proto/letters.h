@@ -1,6 +1,6 @@
 #pragma once
 // ASCII letters and digits, whatever the locale; texts without regard to case, without blanks around them, without all but
-// letters and digits; bytes as hexadecimal digits.
+// letters and digits; bytes as hexadecimal digits and as escapes.
 #include <algorithm>
 #include <string>
 #include <string_view>
@@ -51,6 +51,20 @@ std::string hex(const Bytes& bytes) {
     digits += "0123456789abcdef"[byte & 15];
   }
   return digits;
+}
+
+/// Bytes that are not kept as "%C3", the escapes of addresses (RFC 3986, 2.1). keeps: whether a byte stays as it is.
+template <class Keeps>
+std::string percent_escaped(std::string_view text, const Keeps& keeps) {
+  std::string out;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (keeps(c))
+      out += c;
+    else
+      out += {'%', "0123456789ABCDEF"[byte >> 4], "0123456789ABCDEF"[byte & 15]};
+  }
+  return out;
 }
 
 }  // namespace cordillera::proto

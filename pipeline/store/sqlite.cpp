@@ -2,7 +2,6 @@
 
 #include <sqlite3.h>
 
-#include <cctype>
 #include <cstring>
 #include <filesystem>
 #include <new>
@@ -10,6 +9,7 @@
 
 #include "pipeline/store/content_hash.h"
 #include "pipeline/store/sqlite_object.h"
+#include "proto/letters.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -18,17 +18,7 @@ constexpr int kPatience_ms = 10000;  // for whoever holds a file that is shared 
 
 // A file name as SQLite's URIs want it: %, ? and # would mean something else.
 std::string uri(const std::string& path) {
-  static constexpr char kHex[] = "0123456789ABCDEF";
-  std::string out = "file:";
-  for (const char ch : path) {
-    const auto byte = static_cast<unsigned char>(ch);
-    if (std::isalnum(byte) || ch == '/' || ch == '.' || ch == '-' || ch == '_') {
-      out += ch;
-    } else {
-      out += {'%', kHex[byte >> 4], kHex[byte & 15]};
-    }
-  }
-  return out;
+  return "file:" + proto::percent_escaped(path, [](char c) { return proto::is_letter_or_digit(c, "/.-_"); });
 }
 
 template <class Number>

@@ -115,16 +115,7 @@ std::string without_dots(const std::string& address) {
 
 /// Some servers send blanks and letters beyond ASCII as they are. Nothing else is touched.
 std::string with_escapes(const std::string& location) {
-  constexpr const char* kHex = "0123456789ABCDEF";
-  std::string out;
-  for (const char letter : location) {
-    const auto c = static_cast<unsigned char>(letter);
-    if (c == ' ' || c >= 0x80)
-      out += {'%', kHex[c >> 4], kHex[c & 15]};
-    else
-      out += letter;
-  }
-  return out;
+  return proto::percent_escaped(location, [](char c) { return c != ' ' && static_cast<unsigned char>(c) < 0x80; });
 }
 
 }  // namespace

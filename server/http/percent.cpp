@@ -36,16 +36,8 @@ std::string percent_decoded(std::string_view text, AddressPart part) {
 }
 
 std::string percent_encoded(std::string_view text, std::string_view others) {
-  constexpr const char* kHex = "0123456789ABCDEF";
-  std::string encoded;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (proto::is_letter_or_digit(c) || std::string_view("-._~").find(c) != text.npos || others.find(c) != others.npos)
-      encoded += c;
-    else
-      encoded.append({'%', kHex[byte >> 4], kHex[byte & 15]});
-  }
-  return encoded;
+  const std::string kept = std::string("-._~").append(others);
+  return proto::percent_escaped(text, [&](char c) { return proto::is_letter_or_digit(c, kept); });
 }
 
 }  // namespace cordillera::server

@@ -38,6 +38,12 @@ TEST(Letters, StandAlone) {
   EXPECT_EQ(letters_and_digits(" -\xc3\xa8"), "");
 }
 
+TEST(Letters, AreKeptAndOthersEscaped) {
+  EXPECT_EQ(percent_escaped("Straße 1.tif", [](char c) { return is_letter_or_digit(c, "."); }), "Stra%C3%9Fe%201.tif");
+  EXPECT_EQ(percent_escaped(std::string_view("\0%\xff", 3), [](char) { return false; }), "%00%25%FF");
+  EXPECT_EQ(percent_escaped("a%20", [](char) { return true; }), "a%20");
+}
+
 TEST(Letters, HaveBlanksAround) {
   EXPECT_EQ(trimmed(" \ta b "), "a b");
   EXPECT_EQ(trimmed(" \t"), "");
