@@ -2,8 +2,6 @@
 
 #include <string.h>
 
-#include <random>
-
 #include "proto/letters.h"
 #include "raster/disk/new_file.h"
 #include "raster/disk/write_all.h"
@@ -25,7 +23,7 @@ proto::Problem cannot_write() {
 }  // namespace
 
 Upload::Upload(const Layout& layout, const std::string& suffix)
-    : folder_(layout.incoming() / random_word(16)), raster_("source" + suffix) {
+    : folder_(layout.incoming() / random_letters(16)), raster_("source" + suffix) {
   std::error_code ignored;  // writing the file will fail and say so
   fs::create_directory(folder_, ignored);
 }
@@ -97,13 +95,7 @@ proto::Result<void> Upload::keep(const fs::path& place) {
   return {};
 }
 
-std::string random_word(std::size_t length) {
-  static constexpr char kLetters[] = "abcdefghijkmnpqrstuvwxyz23456789";  // 32, none easily taken for another
-  std::random_device device;
-  std::string word;
-  while (word.size() < length) word += kLetters[device() % 32];
-  return word;
-}
+std::string random_word(std::size_t length) { return random_letters(length); }
 
 std::string suffix_of(const std::string& name) {
   const auto dot = name.rfind('.');
@@ -132,7 +124,7 @@ std::string id_stem(const std::string& file) {
 
 std::string make_id(const std::string& name) {
   const std::string stem = id_stem(name.substr(name.rfind('/') + 1));
-  return (stem.empty() ? "" : stem + "-") + random_word(8);
+  return (stem.empty() ? "" : stem + "-") + random_letters(8);
 }
 
 }  // namespace cordillera::server

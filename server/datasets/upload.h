@@ -41,7 +41,7 @@ class Upload {
   std::string hash_;
 };
 
-/// Lower-case letters and digits that nobody can guess.
+/// random_letters(), by the name that the API has for it.
 std::string random_word(std::size_t length);
 /// ".tif" of "My dem.TIF"; empty if the name has no plain suffix.
 std::string suffix_of(const std::string& name);

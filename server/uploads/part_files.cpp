@@ -11,7 +11,7 @@
 #include "raster/disk/new_file.h"
 #include "raster/disk/write_all.h"
 #include "raster/storage/storage.h"
-#include "server/datasets/upload.h"
+#include "server/http/digest.h"
 #include "server/http/json.h"
 #include "server/log/log.h"
 
@@ -49,7 +49,7 @@ proto::Result<PartFile> PartFiles::create(PartFile wanted) {
   fs::create_directories(folder_, error);
   remove_old();
   if (const auto refused = too_many(wanted.sender)) return *refused;
-  wanted.id = random_word(24);
+  wanted.id = random_letters(24);
   wanted.offset = 0;
   const fs::path folder = folder_ / wanted.id;
   if (fs::create_directory(folder, error) && raster::NewFile(folder / "part").close() && write_down(wanted) &&
