@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "proto/letters.h"
+#include "proto/numbers.h"
 #include "proto/utf8.h"
 #include "raster/disk/geoid_folders.h"
 #include "raster/gdal/proj_context.h"
@@ -152,7 +153,7 @@ int year_in(const std::string& name) {
   for (std::size_t at = 0; at < name.size();) {
     std::size_t end = at;
     while (end < name.size() && proto::is_digit(name[end])) ++end;
-    const int number = end > at && end - at <= 4 ? std::stoi(name.substr(at, end - at)) : 0;
+    const int number = end - at <= 4 ? proto::number<int>(std::string_view(name).substr(at, end - at)).value_or(0) : 0;
     if (end - at == 4 && number >= 1900 && number < 2100) return number;
     if (end - at == 2 && of_two_digits == 0) of_two_digits = number < 50 ? 2000 + number : 1900 + number;
     at = std::max(end, at + 1);

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "proto/numbers.h"
 #include "raster/open/dataset.h"
 
 namespace cordillera::raster {
@@ -28,7 +29,7 @@ Blocks blocks_of(GDALRasterBand& band) {
 std::uint64_t number(GDALRasterBand& band, const char* what, std::int64_t column, std::int64_t row) {
   const char* text =
       band.GetMetadataItem(CPLSPrintf("BLOCK_%s_%d_%d", what, static_cast<int>(column), static_cast<int>(row)), "TIFF");
-  return text == nullptr ? 0 : std::strtoull(text, nullptr, 10);
+  return text == nullptr ? 0 : proto::number<std::uint64_t>(text).value_or(0);
 }
 
 /// Calls missing(index) for each block without bytes; a Problem when one ends beyond the file.

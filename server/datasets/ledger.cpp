@@ -1,11 +1,11 @@
 #include "server/datasets/ledger.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <set>
 
 #include "pipeline/store/sqlite.h"
 #include "proto/files.h"
+#include "proto/numbers.h"
 #include "raster/storage/storage.h"
 #include "server/datasets/dataset_folder.h"
 #include "server/http/digest.h"
@@ -98,8 +98,8 @@ std::vector<std::uint32_t> kept_numbers(const fs::path& folder) {
   std::vector<std::uint32_t> numbers;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder / kVersions, error)) {
-    const auto number = static_cast<std::uint32_t>(std::strtoul(entry.path().stem().c_str(), nullptr, 10));
-    if (entry.path() == kept_store(folder, number)) numbers.push_back(number);
+    const auto number = proto::number<std::uint32_t>(entry.path().stem().string());
+    if (number && entry.path() == kept_store(folder, *number)) numbers.push_back(*number);
   }
   std::sort(numbers.rbegin(), numbers.rend());
   return numbers;

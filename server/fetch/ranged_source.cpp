@@ -6,11 +6,11 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cstring>
 #include <thread>
 
 #include "pipeline/build/build.h"
+#include "proto/numbers.h"
 #include "raster/disk/write_all.h"
 #include "server/fetch/addresses.h"
 
@@ -57,19 +57,14 @@ bool is_strong(const std::string& etag) { return etag.starts_with('"'); }
 
 std::optional<ContentRange> read_content_range(const std::string& text) {
   constexpr std::string_view kUnit = "bytes ";
-  std::uint64_t numbers[3] = {};
-  const char* at = text.data() + kUnit.size();
-  const char* const end = text.data() + text.size();
-  if (!text.starts_with(kUnit)) return std::nullopt;
-  for (int k = 0; k < 3; ++k) {
-    const auto [behind, wrong] = std::from_chars(at, end, numbers[k]);
-    const bool ends = k == 2 ? behind == end : behind != end && *behind == "-/"[k];
-    if (wrong != std::errc() || !ends) return std::nullopt;
-    at = behind + 1;
-  }
-  const auto [first, last, total] = numbers;
-  if (last < first || last >= total) return std::nullopt;
-  return ContentRange{first, last - first + 1, total};
+  const std::size_t dash = text.find('-'), slash = text.find('/');
+  if (!text.starts_with(kUnit) || dash == text.npos || slash == text.npos || slash < dash) return std::nullopt;
+  const auto between = [&](std::size_t from, std::size_t end) {
+    return proto::number<std::uint64_t>(std::string_view(text).substr(from, end - from));
+  };
+  const auto first = between(kUnit.size(), dash), last = between(dash + 1, slash), total = between(slash + 1, text.size());
+  if (!first || !last || !total || *last < *first || *last >= *total) return std::nullopt;
+  return ContentRange{*first, *last - *first + 1, *total};
 }
 
 bool can_be_ranged(const Got& head) {

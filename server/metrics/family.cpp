@@ -1,16 +1,11 @@
 #include "server/metrics/family.h"
 
 #include <algorithm>
-#include <charconv>
+
+#include "proto/numbers.h"
 
 namespace cordillera::server::metrics {
 namespace {
-
-std::string number(double value) {
-  char text[40];
-  const auto end = std::to_chars(text, text + sizeof text, value).ptr;
-  return std::string(text, end);
-}
 
 std::string escaped(std::string_view value) {
   std::string text;
@@ -39,7 +34,9 @@ std::string Family::key(Labels values) const {
 void Family::write_sample(std::string& out, const char* suffix, const std::string& labels, double value) const {
   out.append(name_).append(suffix);
   if (!labels.empty()) out.append("{").append(labels).append("}");
-  out.append(" ").append(number(value)).append("\n");
+  out += ' ';
+  proto::append_number(out, value);
+  out += '\n';
 }
 
 void Family::write(std::string& out) const {
@@ -102,14 +99,16 @@ Histogram::Spread& Histogram::at(Labels labels) {
 
 void Histogram::write_samples(std::string& out) const {
   for (const auto& [labels, spread] : spreads_) {
-    const std::string before = labels.empty() ? "" : labels + ",";
+    const std::string before = (labels.empty() ? "" : labels + ",") + "le=\"";
     double count = 0;
     for (std::size_t i = 0; i < bounds_.size(); ++i) {
       count += spread.counts_[i];
-      write_sample(out, "_bucket", before + "le=\"" + number(bounds_[i]) + "\"", count);
+      std::string bucket = before;
+      proto::append_number(bucket, bounds_[i]);
+      write_sample(out, "_bucket", bucket + "\"", count);
     }
     count += spread.counts_.back();
-    write_sample(out, "_bucket", before + "le=\"+Inf\"", count);
+    write_sample(out, "_bucket", before + "+Inf\"", count);
     write_sample(out, "_sum", labels, spread.sum_);
     write_sample(out, "_count", labels, count);
   }
