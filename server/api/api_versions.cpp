@@ -9,6 +9,7 @@
 #include "server/api/change_request.h"
 #include "server/datasets/ledger.h"
 #include "server/fetch/addresses.h"
+#include "server/http/digest.h"
 #include "server/jobs/source_json.h"
 #include "server/jobs/turn.h"
 #include "server/log/log.h"
@@ -68,7 +69,7 @@ proto::Result<void> go_back(Service& service, const std::string& id, std::option
 /// A raster that came behind the first, as the dataset keeps it.
 proto::DatasetSource source_behind(const Dataset& dataset, const MoreRaster& raster) {
   proto::DatasetSource source;
-  source.set_id(random_word(8));
+  source.set_id(random_letters(8));
   source.set_added(dataset.created);
   source.set_hash(raster.hash);
   source.set_bytes(static_cast<double>(raster.bytes));
@@ -142,11 +143,11 @@ Json status(Service& service, const std::string& id) try {
 proto::Result<void> begin_dataset(Dataset& dataset, const Delivery& delivery, Upload& upload,
                                   const std::vector<MoreRaster>& more) {
   proto::SourceChange change;
-  change.set_id(random_word(16));
+  change.set_id(random_letters(16));
   change.set_kind("add");
   change.set_request_id(dataset.request_id);
   proto::DatasetSource& source = *change.mutable_source();
-  source.set_id(random_word(8));
+  source.set_id(random_letters(8));
   source.set_added(dataset.created);
   source.set_url(delivery.address);
   source.set_hash(upload.body_hash());

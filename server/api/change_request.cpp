@@ -67,14 +67,14 @@ std::string own_key(const Request& request, const std::string& key) {
 
 }  // namespace
 
-std::string raster_path(const std::string& name) { return std::string(kSources) + "/" + random_word(12) + suffix_of(name); }
+std::string raster_path(const std::string& name) { return std::string(kSources) + "/" + random_letters(12) + suffix_of(name); }
 
 proto::Result<ChangeRequest> read_change(const Settings& server, const Request& request, const Dataset& dataset,
                                          const Route& route, const std::vector<proto::DatasetSource>& sources) {
   ChangeRequest asked;
   proto::SourceChange& change = asked.change;
   proto::DatasetSource& source = *change.mutable_source();
-  change.set_id(random_word(16));
+  change.set_id(random_letters(16));
   change.set_kind(request.method == "POST" ? "add" : request.method == "PUT" ? "replace" : "remove");
   change.set_request_id(request.id);
   change.set_request_hash(hash_of(request));
@@ -88,7 +88,7 @@ proto::Result<ChangeRequest> read_change(const Settings& server, const Request& 
                      ""};
     source.set_id(id);
   } else {
-    source.set_id(random_word(8));
+    source.set_id(random_letters(8));
   }
   if (request.method == "DELETE") {
     if (!options->empty()) return unknown_name("a DELETE has no parameter", options->front().first, "", "none");

@@ -95,8 +95,6 @@ proto::Result<void> Upload::keep(const fs::path& place) {
   return {};
 }
 
-std::string random_word(std::size_t length) { return random_letters(length); }
-
 std::string suffix_of(const std::string& name) {
   const auto dot = name.rfind('.');
   if (dot == std::string::npos || name.size() - dot - 1 > 8 || name.size() - dot == 1) return "";

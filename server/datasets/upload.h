@@ -41,8 +41,6 @@ class Upload {
   std::string hash_;
 };
 
-/// random_letters(), by the name that the API has for it.
-std::string random_word(std::size_t length);
 /// ".tif" of "My dem.TIF"; empty if the name has no plain suffix.
 std::string suffix_of(const std::string& name);
 /// "my-dem" of "My DEM.tif", at most 40 letters, digits and dashes; empty if there are none.

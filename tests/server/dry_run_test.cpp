@@ -239,7 +239,9 @@ TEST_F(DryRun, OfNoDataIsTheProblemThatABuildWouldHave) {
   ASSERT_FALSE(estimate.ok());
   EXPECT_EQ(estimate.problem().type, "raster-all-nodata");
   request_.options.set_water_mask("no such mask.tif");
-  EXPECT_EQ(pipeline::estimate(request_).problem().parameter, "water_mask");
+  const auto masked = pipeline::estimate(request_);
+  ASSERT_FALSE(masked.ok());
+  EXPECT_EQ(masked.problem().parameter, "water_mask") << masked.problem().line();
 }
 
 }  // namespace
