@@ -3,17 +3,14 @@
 #include "gpu/border/mend.h"
 #include "gpu/border/nudge.h"
 #include "gpu/mesh/rings.h"
-#include "gpu/mesh/valence_limits.h"
 
 namespace cordillera::gpu {
 namespace {
 
 // What a weld leaves above the contract inside is brought down by flips.
 constexpr ValenceCaps kMendCaps{kInnerValence, kMendedSide, kMendedCorner};
-// Where nothing else empties a border: 13 + 13 - 2 and 4 x 7 - 4 are as wide as a row. Too tight for all, for then no weld had
-// room.
-constexpr ValenceCaps kLastCaps{kMostValence, 13, 7};
-static_assert(2 * kLastCaps.side - 2 <= kRowWidth && 4 * kLastCaps.corner - 4 <= kRowWidth);
+// Where nothing else empties a border: what void vertices may have. Too tight for all, for then no weld had room.
+constexpr ValenceCaps kLastCaps{kMostValence, kVoidSide, kVoidCorner};
 
 }  // namespace
 

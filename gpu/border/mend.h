@@ -14,6 +14,6 @@ namespace cordillera::gpu {
 /// near it are flipped and inner vertices (not kKeep) removed, those first whose removal moves no rim. Only as a last resort do
 /// inner valences rise to kMostValence. rim_units: how far rims may move on the way, seen as the area that is published more or
 /// less. mesh gives positions and marks, indexed as rings; its triangles are not read. Returns how many such vertices are left.
-std::uint32_t mend(Rings& rings, const proto::TileMesh& mesh, const ValenceCaps& caps = {}, float rim_units = INFINITY);
+std::uint32_t mend(Rings& rings, const proto::TileMesh& mesh, const ValenceCaps& caps, float rim_units = INFINITY);
 
 }  // namespace cordillera::gpu

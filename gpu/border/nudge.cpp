@@ -17,15 +17,10 @@ bool fits(const proto::TileMesh& mesh, std::span<const std::uint32_t> ring, std:
   return true;
 }
 
-/// Corners and sides weld with others: one more neighbour must fit there too.
-bool has_room(const Rings& rings, const proto::TileMesh& mesh, std::uint32_t v) {
-  return rings.valence[v] < most_neighbours(mesh, v, kWeldedCaps);
-}
-
 bool nudge(Rings& rings, proto::TileMesh& mesh, std::uint32_t v) {
   const std::span<const std::uint32_t> ring = rings.ring(v);
   const std::uint32_t first = ring.front(), last = ring.back();
-  if (!has_room(rings, mesh, first) || !has_room(rings, mesh, last)) return false;
+  if (!may_have(mesh, first, rings.valence[first] + 1u) || !may_have(mesh, last, rings.valence[last] + 1u)) return false;
   const std::int64_t in_x = mesh.x[v] == 0 ? 1 : mesh.x[v] == mesh.side ? -1 : 0;
   const std::int64_t in_y = mesh.y[v] == 0 ? 1 : mesh.y[v] == mesh.side ? -1 : 0;
   for (std::int64_t d = 1; d < mesh.side; d *= 2) {

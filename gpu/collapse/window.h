@@ -10,7 +10,6 @@
 
 #include "gpu/device/bits.h"
 #include "gpu/mesh/rings.h"
-#include "gpu/mesh/valence_limits.h"
 #include "proto/host_device.h"
 #include "proto/mesh.h"
 

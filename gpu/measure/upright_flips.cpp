@@ -121,7 +121,7 @@ class Flipper {
     }
     std::set_intersection(of_from.begin(), of_from.end(), of_to.begin(), of_to.end(), std::back_inserter(both));
     if (shared.size() != 2 || both.size() != 2) return false;  // their fans meet in two neighbours alone
-    if (of_from.size() + of_to.size() - 4 > most_neighbours(mesh_, to, kWeldedCaps)) return false;
+    if (!may_have(mesh_, to, of_from.size() + of_to.size() - 4)) return false;
     std::vector<Triangle> moved;
     for (const std::uint32_t t : moving) {
       moved.push_back(mesh_.triangles[t]);
@@ -170,7 +170,7 @@ class Flipper {
            same(mesh_.y[a], mesh_.y[b], mesh_.side);
   }
   std::size_t valence(std::uint32_t v) const { return around_[v].size() + (sides_of(mesh_, v) > 0 ? 1 : 0); }
-  bool has_room(std::uint32_t v) const { return valence(v) + 1 <= most_neighbours(mesh_, v, kWeldedCaps); }
+  bool has_room(std::uint32_t v) const { return may_have(mesh_, v, valence(v) + 1); }
 
   /// The first of its edges that may be turned, the longest first.
   bool flip_one(std::uint32_t t) {

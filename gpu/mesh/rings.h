@@ -6,26 +6,18 @@
 #include <span>
 #include <vector>
 
+#include "gpu/mesh/valence_limits.h"
 #include "proto/mesh.h"
 #include "proto/result.h"
 
 namespace cordillera::gpu {
 
-/// Most neighbours a vertex with data may have: the contract of every published tile.
-inline constexpr std::uint32_t kMostValence = 14;
-/// Width of a row. Void vertices, which nobody sees, may fill it: they border dense rims.
-inline constexpr std::uint32_t kRowWidth = 24;
-/// Most neighbours a void vertex may have inside, on a side and at a corner of a simplified tile: welded, they fit a row.
-inline constexpr std::uint32_t kVoidInside = 20, kVoidSide = 13, kVoidCorner = 7;
-/// The same of a vertex with data on a side and at a corner: 11 + 11 - 2 and 4 x 6 - 4, welded, fit a row too.
-inline constexpr std::uint32_t kMendedSide = 11, kMendedCorner = 6;
-
-/// Valences of vertices with data, by place.
+/// Most neighbours of vertices with data, by place.
 struct ValenceCaps {
-  std::uint32_t inside = 12;
-  std::uint32_t side = 8;
-  std::uint32_t corner = 4;
+  std::uint32_t inside, side, corner;
 };
+/// Of a tile that will be welded.
+inline constexpr ValenceCaps kWeldedCaps{kMostValence, kMendedSide, kMendedCorner};
 
 /// How many sides of the tile v is on: 2 at a corner.
 inline int sides_of(const proto::TileMesh& mesh, std::uint32_t v) {
@@ -35,11 +27,13 @@ inline int sides_of(const proto::TileMesh& mesh, std::uint32_t v) {
 /// Most neighbours v may have; void vertices have caps of their own.
 inline std::uint32_t most_neighbours(const proto::TileMesh& mesh, std::uint32_t v, const ValenceCaps& caps) {
   const int sides = sides_of(mesh, v);
-  if (mesh.mark[v] & proto::kVoid) return sides == 0 ? kVoidInside : sides == 1 ? kVoidSide : kVoidCorner;
+  if (is_void(mesh, v)) return sides == 0 ? kVoidInside : sides == 1 ? kVoidSide : kVoidCorner;
   return sides == 0 ? caps.inside : sides == 1 ? caps.side : caps.corner;
 }
-/// Of a tile that will be welded.
-inline constexpr ValenceCaps kWeldedCaps{kMostValence, kMendedSide, kMendedCorner};
+/// May v have so many neighbours in a tile that will be welded?
+inline bool may_have(const proto::TileMesh& mesh, std::uint32_t v, std::size_t neighbours) {
+  return neighbours <= most_neighbours(mesh, v, kWeldedCaps);
+}
 
 /// Row v holds the neighbours of vertex v counter-clockwise. Closed rows (inner vertices) start at their lowest neighbour; open
 /// rows (vertices on a side of the tile) start at the border neighbour from which the fan runs counter-clockwise to the other

@@ -1,14 +1,32 @@
 #pragma once
-// Most neighbours that collapses leave a vertex. What borders and welds allow on top: rings.h.
+// Most neighbours that a vertex may have, by who asks and where the vertex lies: all of these numbers are here.
+#include <cstdint>
 
 namespace cordillera::gpu {
 
-/// Valence caps of the waves. Four welded tiles must stay within 14: with at most 8 on a side and 4 at a corner they do. The
-/// waves stay one below on the border, so that the mend finds room to take out the last border vertices.
+/// With data: the contract of every published tile.
+inline constexpr std::uint32_t kMostValence = 14;
+/// Width of a row. Void vertices, which nobody sees, may fill it: they border dense rims.
+inline constexpr std::uint32_t kRowWidth = 24;
+/// Width of a row of `exact`, whose void vertices keep to the contract, too.
+inline constexpr int kRingWidth = kMostValence;
+
+/// What waves leave inside: below the contract, so that mend and refinement find room.
 inline constexpr int kInnerValence = 12;
-inline constexpr int kVoidValence =
-    9;  ///< inside holes: dense rims would fill up the few void vertices, and nothing could move there
-inline constexpr int kSideValence = 7;
-inline constexpr int kCornerValence = 3;
+/// Inside holes: dense rims would fill up the few void vertices, and nothing could move there.
+inline constexpr int kVoidValence = 9;
+/// On a side and at a corner that two and four meshes share, each may use as much: welded, they keep to the contract.
+inline constexpr int kSharedSideValence = 8, kSharedCornerValence = 4;
+/// Waves over tiles stay one below, so that the mend finds room to take out the last border vertices.
+inline constexpr int kSideValence = kSharedSideValence - 1, kCornerValence = kSharedCornerValence - 1;
+
+/// Void, inside, on a side and at a corner of a simplified tile: welded, they fit a row.
+inline constexpr std::uint32_t kVoidInside = 20, kVoidSide = 13, kVoidCorner = 7;
+/// With data, on a side and at a corner of a mended tile: welded, they fit a row, and leave room in it.
+inline constexpr std::uint32_t kMendedSide = 11, kMendedCorner = 6;
+
+// Two sides share two neighbours where they are welded, four corners one each.
+static_assert(2 * kSharedSideValence - 2 <= kRingWidth && 4 * kSharedCornerValence - 4 <= kRingWidth);
+static_assert(2 * kVoidSide - 2 <= kRowWidth && 4 * kVoidCorner - 4 <= kRowWidth);
 
 }  // namespace cordillera::gpu

@@ -240,7 +240,7 @@ bool split_side(proto::TileMesh& mesh, const MeshPoint& p) {
       if (!lie_on_a_side(mesh, point(a), point(b)) || !lie_on_a_side(mesh, point(a), p) || !lie_on_a_side(mesh, point(b), p))
         continue;
       if (!is_between(p, point(a), point(b))) continue;
-      if (is_void(a) || is_void(b) || neighbours_of(mesh, c) >= most_neighbours(mesh, c, kWeldedCaps)) return false;
+      if (is_void(a) || is_void(b) || !may_have(mesh, c, neighbours_of(mesh, c) + 1)) return false;
       const auto v = static_cast<std::uint32_t>(mesh.vertices());
       mesh.x.push_back(p.x);
       mesh.y.push_back(p.y);

@@ -82,7 +82,7 @@ class Thinner {
 
   // May onto have the neighbours of v as well?
   bool has_room(std::uint32_t v, std::uint32_t onto) const {
-    return rings_.valence[onto] + rings_.valence[v] - 4u <= most_neighbours(mesh_, onto, kWeldedCaps);
+    return may_have(mesh_, onto, rings_.valence[onto] + rings_.valence[v] - 4u);
   }
 
   // How far v is from the surface without it; nullopt where a law forbids the collapse.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "gpu/mesh/valence_limits.h"
 #include "pipeline/encode/region.h"
 #include "proto/mesh.h"
 
@@ -12,8 +13,7 @@ namespace {
 
 using proto::Vec3;
 
-constexpr std::uint32_t kMostTriangles = 14;  // at a vertex: what the README promises
-constexpr double kSlack_m = 1e-4;             // sines of another machine's library may differ in their last bits
+constexpr double kSlack_m = 1e-4;  // sines of another machine's library may differ in their last bits
 
 std::string words(const std::array<std::int32_t, 3>& p) {
   return std::to_string(p[0]).insert(0, 1, '(') + ", " + std::to_string(p[1]) + ")";
@@ -62,7 +62,7 @@ void check_triangles(const DecodedDrc& mesh, const std::string& where, Findings&
   if (twice != edges.end())
     findings.add(where, "an edge at " + words(mesh.points[(*twice)[0]]) + " is used twice in one direction");
   for (std::size_t v = 0; v < around.size(); ++v) {
-    if (around[v] > 0 && around[v] <= kMostTriangles) continue;
+    if (around[v] > 0 && around[v] <= gpu::kMostValence) continue;
     findings.add(where, "vertex " + words(mesh.points[v]) + " has " + std::to_string(around[v]) + " triangles");
   }
 }

@@ -16,6 +16,8 @@ namespace {
 
 using proto::TileMesh;
 
+constexpr ValenceCaps kWithData{kInnerValence, kSharedSideValence, kSharedCornerValence};
+
 enum class Labels { none, holes, random };
 
 TileMesh grid(std::int32_t cells, Labels labels, std::mt19937& random) {
@@ -46,8 +48,8 @@ void expect_valences(const TileMesh& mesh, const std::string& what) {
   for (std::size_t v = 0; v < mesh.vertices(); ++v) {
     const int sides = int{test::on_west_or_east(mesh, v)} + int{test::on_south_or_north(mesh, v)};
     const bool none = (mesh.mark[v] & proto::kVoid) != 0;
-    const std::size_t most = sides == 2   ? (none ? kVoidCorner : 4u)
-                             : sides == 1 ? (none ? kVoidSide : 8u)
+    const std::size_t most = sides == 2   ? (none ? kVoidCorner : kWithData.corner)
+                             : sides == 1 ? (none ? kVoidSide : kWithData.side)
                                           : (none ? kVoidInside : kMostValence);
     EXPECT_LE(found[v].size(), most) << what << " vertex " << mesh.x[v] << ' ' << mesh.y[v];
   }
@@ -57,7 +59,7 @@ void expect_valences(const TileMesh& mesh, const std::string& what) {
 std::size_t expect_lawful(const TileMesh& input, const std::string& what) {
   auto rings = rings_from_triangles(input);
   EXPECT_TRUE(rings.ok()) << what;
-  const std::size_t said = mend(*rings, input);
+  const std::size_t said = mend(*rings, input, kWithData);
   const TileMesh mesh = mesh_from_rings(input, *rings);
   EXPECT_EQ(test::broken_law(mesh), "") << what;
   std::size_t kept = 0, left = 0, want = 0;
@@ -117,7 +119,7 @@ TEST(Mend, EasyChainsTouchNothingInside) {
   TileMesh mesh = grid(64, Labels::holes, random);
   const std::size_t gone = thin_border(mesh, 2);
   auto rings = rings_from_triangles(mesh);
-  ASSERT_EQ(mend(*rings, mesh), 0u);
+  ASSERT_EQ(mend(*rings, mesh, kWithData), 0u);
   EXPECT_EQ(mesh_from_rings(mesh, *rings).vertices(), mesh.vertices() - gone);
 }
 
@@ -143,7 +145,7 @@ TEST(Mend, NoSlitReachesAlongASide) {
   thin_border(input, kCells);
   auto rings = rings_from_triangles(input);
   ASSERT_TRUE(rings.ok());
-  mend(*rings, input, {}, 0.5F);
+  mend(*rings, input, kWithData, 0.5F);
   const TileMesh mesh = mesh_from_rings(input, *rings);
   EXPECT_EQ(test::broken_law(mesh), "");
   for (std::int32_t y = 0; y <= kCells; ++y)

@@ -88,7 +88,8 @@ Sampled compare(int finest, proto::TileAddress tile, int rough) {
     if ((coarse.x[v] == 0 || coarse.y[v] == 0) && (coarse.x[v] + coarse.y[v]) / (side / 8) % 2 == 1)
       coarse.mark[v] |= proto::kRemove;
   auto rings = gpu::rings_from_triangles(coarse);
-  EXPECT_EQ(gpu::mend(*rings, coarse), 0u);
+  const gpu::ValenceCaps caps{gpu::kInnerValence, gpu::kSharedSideValence, gpu::kSharedCornerValence};
+  EXPECT_EQ(gpu::mend(*rings, coarse, caps), 0u);
   coarse = gpu::mesh_from_rings(coarse, *rings);
   Sampled result{greatest_m(lattice, tile, fine, coarse), 0};
   for (int k = 0; k < 6000; ++k) {

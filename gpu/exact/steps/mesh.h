@@ -2,13 +2,9 @@
 // The meshes of all blocks that are simplified together. Ring-only: a vertex lists its neighbours counter-clockwise, and
 // triangles are implied. A vertex on the side of its block has an open fan, from one neighbour on the side to the other.
 #include "gpu/exact/steps/field.h"
+#include "gpu/mesh/valence_limits.h"
 
 namespace cordillera::gpu::exact {
-
-inline constexpr int kRingWidth = 14;     ///< neighbours a vertex has room for
-inline constexpr int kInnerValence = 12;  ///< what waves may leave
-/// On held sides two blocks meet, and four at a corner: 8 neighbours each are 14 together, 4 at a corner 12.
-inline constexpr int kSideValence = 8, kCornerValence = 4;
 
 enum MeshMark : std::uint8_t {
   kVoidVertex = 1,

@@ -91,7 +91,7 @@ struct WindowView {
 
 CORDILLERA_HD inline int valence_cap(std::uint8_t flag) {
   if (!(flag & kHeldSide)) return kInnerValence;
-  return (flag & kBlockCorner) ? kCornerValence : kSideValence;
+  return (flag & kBlockCorner) ? kSharedCornerValence : kSharedSideValence;
 }
 /// Does key a of vertex u come before key b of vertex v?
 CORDILLERA_HD inline bool comes_before(std::uint32_t a, int u, std::uint32_t b, int v) { return a < b || (a == b && u < v); }
