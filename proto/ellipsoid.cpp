@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "proto/integers.h"
+
 namespace cordillera::proto {
 namespace {
 
@@ -18,7 +20,7 @@ struct Direction {
 
 // sin and cos of the n-th part of the circle, i times. n is a multiple of 8.
 Direction circle(std::int64_t i, std::int64_t n) {
-  const std::int64_t wrapped = ((i % n) + n) % n;
+  const std::int64_t wrapped = modulo(i, n);
   const std::int64_t quarter = n / 4;
   const std::int64_t quadrant = wrapped / quarter;
   const std::int64_t rest = wrapped % quarter;

@@ -1,7 +1,9 @@
 #pragma once
 // Plain mesh and sample structs that the floors hand to each other. No protobuf here: gpu and its benches build on a bare CUDA
 // machine.
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -59,7 +61,10 @@ struct TileMesh {
   std::size_t vertices() const { return x.size(); }
 };
 
-inline bool is_void(const TileMesh& mesh, std::uint32_t vertex) { return (mesh.mark[vertex] & kVoid) != 0; }
+inline bool is_void(const TileMesh& mesh, std::size_t vertex) { return (mesh.mark[vertex] & kVoid) != 0; }
+inline bool has_voids(const TileMesh& mesh) {
+  return std::any_of(mesh.mark.begin(), mesh.mark.end(), [](std::uint8_t mark) { return (mark & kVoid) != 0; });
+}
 /// No corner is void.
 inline bool is_published(const TileMesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
   return ((mesh.mark[triangle[0]] | mesh.mark[triangle[1]] | mesh.mark[triangle[2]]) & kVoid) == 0;

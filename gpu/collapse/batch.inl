@@ -89,9 +89,7 @@ void Batch<Device>::stage(std::span<const SimplifyJob> jobs, const ParallelFor& 
   parallel(jobs.size(), [&](std::size_t t) {
     tiles_[t].cells = grid_cells(*jobs[t].input);
     tiles_[t].start_tolerance_m = jobs[t].start_tolerance_m;
-    const auto is_void = [](std::uint8_t mark) { return (mark & proto::kVoid) != 0; };
-    tiles_[t].any_void =
-        SparseStart::chooses(tiles_[t]) && std::any_of(jobs[t].input->mark.begin(), jobs[t].input->mark.end(), is_void);
+    tiles_[t].any_void = SparseStart::chooses(tiles_[t]) && has_voids(*jobs[t].input);
     std::copy_n(jobs[t].elevation.begin(), jobs[t].input->vertices(), host_elevation_.data() + tiles_[t].first);
     std::copy_n(jobs[t].input->mark.begin(), jobs[t].input->vertices(), host_mark_.data() + tiles_[t].first);
   });

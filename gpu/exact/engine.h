@@ -15,6 +15,7 @@
 #include "gpu/exact/levels.h"
 #include "gpu/exact/steps/bounds.h"
 #include "gpu/exact/steps/eight_columns.h"
+#include "proto/integers.h"
 #include "proto/stop_watch.h"
 
 namespace cordillera::gpu::exact {

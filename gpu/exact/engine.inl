@@ -95,11 +95,8 @@ void Engine<Executor>::lay_out_blocks(std::span<const Block> blocks, const Block
     view.east = field.columns - 1;
     view.north = field.rows - 1;
     for (std::size_t side = 0; side < 4; ++side) view.sides_held |= blocks[b].sides[side] == SideKind::shared ? 1u << side : 0u;
-    const auto modulo = [this](std::int64_t at) {
-      return static_cast<std::int32_t>((at % lattice_period_ + lattice_period_) % lattice_period_);
-    };
-    view.lattice_x = modulo(blocks[b].west);
-    view.lattice_y = modulo(blocks[b].south);
+    view.lattice_x = static_cast<std::int32_t>(proto::modulo(blocks[b].west, lattice_period_));
+    view.lattice_y = static_cast<std::int32_t>(proto::modulo(blocks[b].south, lattice_period_));
     places_[b].sample = samples_;
     if (holds == Holds::samples) samples_ += static_cast<std::size_t>(field.stride) * static_cast<std::size_t>(field.rows);
     for (int tier = 0; tier < kTiers; ++tier) {

@@ -7,6 +7,7 @@
 
 #include "gpu/measure/surface_error.h"
 #include "gpu/measure/surface_error_plan.h"
+#include "proto/integers.h"
 
 namespace cordillera::gpu {
 
@@ -21,7 +22,7 @@ class SampleWindow {
 
   SampleWindow(const SurfaceErrorInput& in, std::int64_t side) : samples_(*in.samples) {
     const std::int64_t circle = in.lattice->columns();
-    const std::int64_t base = ((in.lattice->west(in.tile) - samples_.west) % circle + circle) % circle;
+    const std::int64_t base = proto::modulo(in.lattice->west(in.tile) - samples_.west, circle);
     const Span first{0, std::min<std::int64_t>(side, samples_.columns - 1 - base)};
     const std::int64_t seam = std::max(circle - base, first.last + 1);
     const Span second{seam, std::min<std::int64_t>(side, samples_.columns - 1 + circle - base)};
@@ -69,7 +70,7 @@ inline std::uint64_t count_valid(const std::int32_t* heights, std::size_t n) {
 class Rims {
  public:
   explicit Rims(const proto::TileMesh& mesh) {
-    if (std::none_of(mesh.mark.begin(), mesh.mark.end(), [](std::uint8_t m) { return (m & proto::kVoid) != 0; })) return;
+    if (!has_voids(mesh)) return;
     on_rim_.assign(mesh.vertices(), 0);
     for (const auto& t : mesh.triangles) {
       for (int k = 0; k < 3; ++k) {

@@ -58,7 +58,6 @@ class Flipper {
     const auto at = [&](std::uint32_t v) { return MeshPoint{mesh_.x[v], mesh_.y[v], mesh_.height[v]}; };
     return {at(t[0]), at(t[1]), at(t[2])};
   }
-  bool is_void(std::uint32_t v) const { return proto::is_void(mesh_, v); }
   bool is_published(const Triangle& t) const { return proto::is_published(mesh_, t); }
   bool fits(const Triangle& t) const {
     const auto c = corners(t);
@@ -95,7 +94,7 @@ class Flipper {
     if (sides_of(mesh_, v) > 0) return false;
     const std::vector<std::uint32_t> beside = neighbours_of(v);
     return beside.size() == around_[v].size() &&
-           std::none_of(beside.begin(), beside.end(), [this](std::uint32_t u) { return is_void(u); });
+           std::none_of(beside.begin(), beside.end(), [this](std::uint32_t u) { return is_void(mesh_, u); });
   }
 
   /// A corner inside the mesh, with data all around, moves into a neighbour, the nearest first.

@@ -231,7 +231,6 @@ Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limi
 }
 
 bool split_side(proto::TileMesh& mesh, const MeshPoint& p) {
-  const auto is_void = [&](std::uint32_t v) { return proto::is_void(mesh, v); };
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (unsigned k = 0; k < 3; ++k) {
       const std::array<std::uint32_t, 3>& corners = mesh.triangles[t];
@@ -240,7 +239,7 @@ bool split_side(proto::TileMesh& mesh, const MeshPoint& p) {
       if (!lie_on_a_side(mesh, point(a), point(b)) || !lie_on_a_side(mesh, point(a), p) || !lie_on_a_side(mesh, point(b), p))
         continue;
       if (!is_between(p, point(a), point(b))) continue;
-      if (is_void(a) || is_void(b) || !may_have(mesh, c, neighbours_of(mesh, c) + 1)) return false;
+      if (is_void(mesh, a) || is_void(mesh, b) || !may_have(mesh, c, neighbours_of(mesh, c) + 1)) return false;
       const auto v = static_cast<std::uint32_t>(mesh.vertices());
       mesh.x.push_back(p.x);
       mesh.y.push_back(p.y);

@@ -30,7 +30,7 @@ class Thinner {
         rings_(rings_of(mesh)),
         round_(mesh.vertices(), 0) {
     for (std::uint32_t v = 0; v < mesh.vertices(); ++v) {
-      if (is_void(v)) continue;
+      if (is_void(mesh, v)) continue;
       low_ = std::min(low_, mesh.height[v]);
       high_ = std::max(high_, mesh.height[v]);
     }
@@ -60,14 +60,13 @@ class Thinner {
     return std::move(*rings);
   }
 
-  bool is_void(std::uint32_t v) const { return proto::is_void(mesh_, v); }
   MeshPoint point(std::uint32_t v) const { return {mesh_.x[v], mesh_.y[v], mesh_.height[v]}; }
 
   /// An inner vertex with data all around.
   bool is_free(std::uint32_t v) const {
     if (rings_.valence[v] == 0 || rings_.open[v] || (mesh_.mark[v] & proto::kKeep)) return false;
     const auto ring = rings_.ring(v);
-    return !is_void(v) && std::none_of(ring.begin(), ring.end(), [&](std::uint32_t u) { return is_void(u); });
+    return !is_void(mesh_, v) && std::none_of(ring.begin(), ring.end(), [&](std::uint32_t u) { return is_void(mesh_, u); });
   }
 
   // The star of v collapsed onto its neighbour k: f(a, b, c) for each triangle, until it returns false.

@@ -138,7 +138,7 @@ bool by_rows(const gpu::MeshPoint& a, const gpu::MeshPoint& b) { return std::tie
 
 std::vector<gpu::MeshPoint> uncovered_samples(const proto::Lattice& lattice, const proto::TileAddress& tile, const TileMesh& mesh,
                                               const proto::Samples& samples) {
-  if (std::none_of(mesh.mark.begin(), mesh.mark.end(), [](std::uint8_t mark) { return (mark & proto::kVoid) != 0; })) return {};
+  if (!has_voids(mesh)) return {};
   gpu::SurfaceErrorInput input;
   input.lattice = &lattice;
   input.tile = tile;

@@ -26,8 +26,8 @@ BlockGrid grid_of(const proto::Plan& plan) {
 
 proto::TileAddress node_at(const proto::Plan& plan, const BlockGrid& grid, std::int32_t k) {
   const int z = static_cast<int>(plan.block_level());
-  const std::int64_t circle = proto::tiles_across(z), x = grid.west + k % grid.across;
-  return {z, static_cast<std::int32_t>((x % circle + circle) % circle), static_cast<std::int32_t>(grid.south + k / grid.across)};
+  const std::int64_t x = proto::modulo(grid.west + k % grid.across, proto::tiles_across(z));
+  return {z, static_cast<std::int32_t>(x), static_cast<std::int32_t>(grid.south + k / grid.across)};
 }
 
 bool merged_at_once(const proto::Plan& plan) {

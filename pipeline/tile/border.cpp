@@ -11,7 +11,7 @@ using proto::TileMesh;
 bool runs_north(Side side) { return side == Side::west || side == Side::east; }
 
 std::int32_t height_or_none(const TileMesh& mesh, std::uint32_t v) {
-  return mesh.mark[v] & proto::kVoid ? proto::kNoHeight : mesh.height[v];
+  return is_void(mesh, v) ? proto::kNoHeight : mesh.height[v];
 }
 
 }  // namespace

@@ -53,7 +53,7 @@ std::int32_t surface_at(const TileMesh& surface, const gpu::MeshPoint& p) {
 
 void settle_moved(const LevelContext& context, const PreparedTile& prepared, TileMesh& mesh) {
   for (const std::uint32_t v : moved_vertices(prepared.input, mesh)) {
-    if (mesh.mark[v] & proto::kVoid) continue;
+    if (is_void(mesh, v)) continue;
     const gpu::MeshPoint p{mesh.x[v], mesh.y[v], mesh.height[v]};
     const std::int32_t height = context.samples ? sample_at(context, prepared, p) : surface_at(prepared.input, p);
     if (height != proto::kNoHeight) mesh.height[v] = height;

@@ -328,7 +328,7 @@ namespace {
 void round_heights(const LevelContext& context, proto::TileMesh& mesh) {
   const std::int32_t step = height_step(*context.level);
   for (std::size_t v = 0; v < mesh.vertices(); ++v)
-    if (!(mesh.mark[v] & proto::kVoid)) mesh.height[v] = gpu::rounded_height(mesh.height[v], step);
+    if (!is_void(mesh, v)) mesh.height[v] = gpu::rounded_height(mesh.height[v], step);
 }
 
 /// Where the samples are at hand; few tiles leave any uncovered at all.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "proto/integers.h"
+
 namespace cordillera::raster {
 namespace {
 
@@ -10,8 +12,7 @@ bool valid(const proto::Samples& samples, std::size_t at) { return samples.heigh
 /// top * share + below * (1 - share) in whole steps, share = over / under; halves go up.
 std::int32_t mix(std::int32_t top, std::int32_t below, std::int64_t over, std::int64_t under) {
   const std::int64_t sum = 2 * (top * over + below * (under - over)) + under;
-  const std::int64_t twice = 2 * under;
-  return static_cast<std::int32_t>(sum >= 0 ? sum / twice : -((-sum + twice - 1) / twice));
+  return static_cast<std::int32_t>(proto::floor_divide(sum, 2 * under));
 }
 
 }  // namespace

@@ -50,7 +50,7 @@ void WindowIndex::each_cell(const Source::Window& window, Visit visit) const {
   const std::int64_t north = std::clamp<std::int64_t>(floor_divide(window.north, units_), 0, up_ - 1);
   for (std::int64_t row = south; row <= north; ++row) {
     for (std::int64_t column = west; column <= east; ++column) {
-      visit(static_cast<std::size_t>(row * across_ + ((column % across_) + across_) % across_));
+      visit(static_cast<std::size_t>(row * across_ + proto::modulo(column, across_)));
     }
   }
 }

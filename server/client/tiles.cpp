@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "proto/integers.h"
 #include "proto/letters.h"
 #include "raster/place/area.h"
 #include "server/options/option_values.h"
@@ -93,7 +94,7 @@ ColumnsAndRows range_of(const Area& data, const Area& box, std::uint32_t level) 
     const double west = std::max(data.west_deg, box.west_deg + turn), east = std::min(data.east_deg, box.east_deg + turn);
     if (west > east) continue;
     const auto [first, last] = between((west + 180) / 180 * tiles, (east + 180) / 180 * tiles);
-    for (long column = first; column <= last; ++column) range.columns.insert(((column % around) + around) % around);
+    for (long column = first; column <= last; ++column) range.columns.insert(proto::modulo(column, around));
   }
   return range;
 }

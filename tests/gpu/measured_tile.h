@@ -67,8 +67,7 @@ inline void expect_lawful(const TileMesh& mesh) {
   const auto rings = rings_from_triangles(mesh);
   ASSERT_TRUE(rings.ok()) << rings.problem().detail;
   for (std::uint32_t v = 0; v < rings->vertices(); ++v) {
-    const bool seen = (mesh.mark[v] & proto::kVoid) == 0;
-    EXPECT_LE(rings->triangles_at(v), seen ? kMostValence : kVoidInside);
+    EXPECT_LE(rings->triangles_at(v), is_void(mesh, v) ? kVoidInside : kMostValence);
   }
 }
 

@@ -47,7 +47,7 @@ void expect_valences(const TileMesh& mesh, const std::string& what) {
   const auto found = test::neighbours(mesh);
   for (std::size_t v = 0; v < mesh.vertices(); ++v) {
     const int sides = int{test::on_west_or_east(mesh, v)} + int{test::on_south_or_north(mesh, v)};
-    const bool none = (mesh.mark[v] & proto::kVoid) != 0;
+    const bool none = is_void(mesh, v);
     const std::size_t most = sides == 2   ? (none ? kVoidCorner : kWithData.corner)
                              : sides == 1 ? (none ? kVoidSide : kWithData.side)
                                           : (none ? kVoidInside : kMostValence);
@@ -130,7 +130,7 @@ bool shown(const TileMesh& mesh, std::int64_t x, std::int64_t y) {
       const std::uint32_t a = t[k], b = t[(k + 1) % 3];
       const std::int64_t turn =
           (std::int64_t{mesh.x[b]} - mesh.x[a]) * (y - mesh.y[a]) - (std::int64_t{mesh.y[b]} - mesh.y[a]) * (x - mesh.x[a]);
-      if (turn < 0 || (mesh.mark[a] & proto::kVoid)) return false;
+      if (turn < 0 || is_void(mesh, a)) return false;
     }
     return true;
   });

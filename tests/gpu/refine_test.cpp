@@ -254,7 +254,7 @@ TEST(refine, leaves_voids_void) {
   const auto published = [](const TileMesh& m) {
     std::int64_t area = 0;
     for (const auto& t : m.triangles) {
-      if ((m.mark[t[0]] | m.mark[t[1]] | m.mark[t[2]]) & proto::kVoid) continue;
+      if (!is_published(m, t)) continue;
       area += std::int64_t{m.x[t[1]] - m.x[t[0]]} * (m.y[t[2]] - m.y[t[0]]) -
               std::int64_t{m.y[t[1]] - m.y[t[0]]} * (m.x[t[2]] - m.x[t[0]]);
     }
@@ -297,10 +297,9 @@ TEST(refine, sheds_a_needle_along_a_rim) {
   refine(mesh, SampleMeter(in), 50, std::vector<std::uint32_t>{needle}, SIZE_MAX);
   expect_lawful(mesh);
   for (const auto& t : mesh.triangles) {
-    const bool published = ((mesh.mark[t[0]] | mesh.mark[t[1]] | mesh.mark[t[2]]) & proto::kVoid) == 0;
     const bool is_needle =
         std::count(t.begin(), t.end(), 4u) + std::count(t.begin(), t.end(), 5u) + std::count(t.begin(), t.end(), 6u) == 3;
-    EXPECT_FALSE(published && is_needle);
+    EXPECT_FALSE(is_published(mesh, t) && is_needle);
   }
 }
 

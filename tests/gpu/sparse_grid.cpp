@@ -29,8 +29,7 @@ class Sparse {
   }
 
   SparseGrid run() {
-    const auto& marks = grid_.mark;
-    if (std::any_of(marks.begin(), marks.end(), [](std::uint8_t m) { return (m & proto::kVoid) != 0; })) choose_rims();
+    if (has_voids(grid_)) choose_rims();
     for (std::int32_t half = 1; half <= cells_ / 2; half *= 2) {
       for (std::int32_t y = 0; y <= cells_; y += half) choose_sides(half, y);
       for (std::int32_t y = half; y < cells_; y += 2 * half) choose_centres(half, y);

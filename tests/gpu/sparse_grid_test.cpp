@@ -133,7 +133,7 @@ TEST(SparseGrid, KeepsEveryVertexOfARim) {
   EXPECT_GT(rim, 20);
   EXPECT_LT(got.mesh.vertices(), kAcross * kAcross / 3u);
   for (const auto& t : got.mesh.triangles) {
-    const auto has = [&](std::uint32_t v) { return (got.mesh.mark[v] & proto::kVoid) != 0; };
+    const auto has = [&](std::uint32_t v) { return is_void(got.mesh, v); };
     if (has(t[0]) != has(t[1]) || has(t[1]) != has(t[2])) { EXPECT_EQ(test::twice_area(got.mesh, t), 1); }
   }
 }

@@ -57,9 +57,7 @@ struct Scene {
       if (k < samples.columns) return samples.height[static_cast<std::size_t>(r * samples.columns + k)];
     return proto::kNoHeight;
   }
-  bool published(const std::array<std::uint32_t, 3>& t) const {
-    return std::none_of(t.begin(), t.end(), [&](std::uint32_t v) { return mesh.mark[v] & proto::kVoid; });
-  }
+  bool published(const std::array<std::uint32_t, 3>& t) const { return is_published(mesh, t); }
   SurfaceErrorInput input() const {
     SurfaceErrorInput in;
     in.lattice = &lattice;

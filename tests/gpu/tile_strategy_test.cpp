@@ -88,11 +88,11 @@ TEST_P(TileStrategy, RimsStayWithinWhatTheyMayMove) {
     double farthest = 0;  // of a rim vertex from the circle
     for (const auto& t : out.triangles) {
       int voids = 0;
-      for (const std::uint32_t v : t) voids += (out.mark[v] & proto::kVoid) != 0;
+      for (const std::uint32_t v : t) voids += is_void(out, v);
       if (voids == 0 || voids == 3) continue;
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t a = t[k], b = t[(k + 1) % 3];
-        if ((out.mark[a] | out.mark[b]) & proto::kVoid) continue;
+        if (is_void(out, a) || is_void(out, b)) continue;
         const double middle = std::hypot((out.x[a] + out.x[b]) / 2.0 - 30, (out.y[a] + out.y[b]) / 2.0 - 34);
         farthest = std::max(farthest, std::abs(middle - 12.5));
       }

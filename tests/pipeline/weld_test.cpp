@@ -27,13 +27,9 @@ Chain random_chain(std::mt19937& random, std::int32_t units, int one_in) {
   return chain;
 }
 
-bool publishes(const TileMesh& mesh, const std::array<std::uint32_t, 3>& t) {
-  return !((mesh.mark[t[0]] | mesh.mark[t[1]] | mesh.mark[t[2]]) & proto::kVoid);
-}
-
 std::size_t published(const TileMesh& mesh) {
   std::size_t count = 0;
-  for (const auto& t : mesh.triangles) count += publishes(mesh, t) ? 1 : 0;
+  for (const auto& t : mesh.triangles) count += is_published(mesh, t) ? 1 : 0;
   return count;
 }
 
@@ -136,7 +132,7 @@ TEST(Weld, FourGridsMakeTheGrid) {
     std::set<std::array<std::array<std::int32_t, 3>, 3>> all;
     for (const auto& t : m.triangles) {
       std::array<std::array<std::int32_t, 3>, 3> points;
-      for (int k = 0; k < 3; ++k) points[k] = {m.x[t[k]], m.y[t[k]], m.mark[t[k]] & proto::kVoid ? kNoHeight : m.height[t[k]]};
+      for (int k = 0; k < 3; ++k) points[k] = {m.x[t[k]], m.y[t[k]], is_void(m, t[k]) ? kNoHeight : m.height[t[k]]};
       std::sort(points.begin(), points.end());
       all.insert(points);
     }

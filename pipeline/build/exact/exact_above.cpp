@@ -70,7 +70,7 @@ class Mosaic {
       const bool on_side = mesh.x[v] == 0 || mesh.y[v] == 0 || mesh.x[v] == side_ || mesh.y[v] == side_;
       const std::int32_t x = west + mesh.x[v], y = south + mesh.y[v];
       const auto next = static_cast<std::uint32_t>(all.vertices());
-      const std::uint8_t is_void = mesh.mark[v] & proto::kVoid ? 1 : 0;
+      const std::uint8_t is_void = proto::is_void(mesh, v) ? 1 : 0;
       number[v] = next;
       if (on_side) {
         const auto [there, added] =

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "pipeline/faces/mesh_pixels.h"
+#include "proto/integers.h"
 
 namespace cordillera::pipeline::faces {
 namespace {
@@ -13,17 +14,15 @@ struct RowSpan {
   std::int64_t first = 0, last = 0;
 };
 RowSpan span_of(std::int64_t first, std::int64_t last, std::int64_t side) {
-  const auto floor = [&](std::int64_t v) { return v >= 0 ? v / side : -((-v + side - 1) / side); };
-  return {floor(first - 1), floor(last)};
+  return {proto::floor_divide(first - 1, side), proto::floor_divide(last, side)};
 }
 
 void add_frames(const proto::Lattice& lattice, LatticeWindow& window) {
-  const std::int64_t around = lattice.columns();
   for (std::int32_t r = 0; r < window.rows; ++r)
     window.row_frames.push_back(proto::row_frame(lattice, window.north - r * window.step));
   for (std::int32_t c = 0; c < window.columns; ++c) {
-    const std::int64_t column = window.west + c * window.step;
-    window.column_frames.push_back(proto::column_frame(lattice, (column % around + around) % around));
+    const std::int64_t column = proto::modulo(window.west + c * window.step, lattice.columns());
+    window.column_frames.push_back(proto::column_frame(lattice, column));
   }
 }
 
@@ -46,8 +45,7 @@ void draw_lattice(const Terrain& terrain, int level, LatticeWindow& window) {
     for (std::size_t r = 0; r < places.v.size(); ++r)
       places.v[r] = 0.5 * static_cast<double>(window.north - static_cast<std::int64_t>(r) * window.step - y * side);
     for (std::int64_t x = xs.first; x <= xs.last; ++x) {
-      const auto mesh =
-          terrain.mesh({level, static_cast<std::int32_t>((x % across + across) % across), static_cast<std::int32_t>(y)});
+      const auto mesh = terrain.mesh({level, static_cast<std::int32_t>(proto::modulo(x, across)), static_cast<std::int32_t>(y)});
       if (!mesh) continue;
       for (std::size_t c = 0; c < places.u.size(); ++c)
         places.u[c] = 0.5 * static_cast<double>(window.west + static_cast<std::int64_t>(c) * window.step - x * side);

@@ -139,7 +139,7 @@ class BatchMeterOn final : public BatchMeter {
   static bool leaves(const proto::TileMesh& mesh, const MeteredTile& tile) {
     const auto holds = [](const Span& span, std::int64_t at) { return at >= span.first && at <= span.last; };
     for (std::size_t v = 0; v < mesh.vertices(); ++v) {
-      if (mesh.mark[v] & proto::kVoid) continue;
+      if (is_void(mesh, v)) continue;
       if (!holds(tile.rows, mesh.y[v])) return true;
       if (!holds(tile.stretch[0].columns, mesh.x[v]) && !holds(tile.stretch[1].columns, mesh.x[v])) return true;
     }
