@@ -10,8 +10,9 @@ struct MeshPoint {
   bool operator==(const MeshPoint&) const = default;
 };
 
-/// Positive when counter-clockwise.
-inline std::int64_t twice_area(const MeshPoint& a, const MeshPoint& b, const MeshPoint& c) {
+/// Of three points with whole x and y; positive when counter-clockwise.
+template <class Point>
+std::int64_t twice_area(const Point& a, const Point& b, const Point& c) {
   return (std::int64_t{b.x} - a.x) * (std::int64_t{c.y} - a.y) - (std::int64_t{b.y} - a.y) * (std::int64_t{c.x} - a.x);
 }
 

@@ -41,10 +41,7 @@ bool covers(const TileMesh& mesh, const TriangleIndex& published, const gpu::Mes
 
 double area_of(const Common& ground) {
   double twice = 0;
-  for (int k = 2; k < ground.count; ++k) {
-    const PlanPoint &a = ground.corner[0], &b = ground.corner[k - 1], &c = ground.corner[k];
-    twice += (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
-  }
+  for (int k = 2; k < ground.count; ++k) twice += twice_area(ground.corner[0], ground.corner[k - 1], ground.corner[k]);
   return twice / 2;
 }
 

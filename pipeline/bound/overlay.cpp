@@ -6,15 +6,12 @@
 namespace cordillera::pipeline {
 namespace {
 
-// Positive where p is to the left of a -> b.
-double left_of(PlanPoint a, PlanPoint b, PlanPoint p) { return (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x); }
-
 // Sutherland and Hodgman's step: what of the polygon is to the left of a -> b.
 Common cut(const Common& polygon, PlanPoint a, PlanPoint b) {
   Common rest;
   for (int k = 0; k < polygon.count; ++k) {
     const PlanPoint p = polygon.corner[k], q = polygon.corner[k + 1 == polygon.count ? 0 : k + 1];
-    const double at_p = left_of(a, b, p), at_q = left_of(a, b, q);
+    const double at_p = twice_area(a, b, p), at_q = twice_area(a, b, q);
     if (at_p >= 0) rest.corner[rest.count++] = p;
     if ((at_p > 0 && at_q < 0) || (at_p < 0 && at_q > 0)) {
       const double r = at_p / (at_p - at_q);

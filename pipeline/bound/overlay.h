@@ -13,6 +13,9 @@ struct PlanPoint {
   double x = 0, y = 0;
 };
 
+/// Positive when counter-clockwise: c is to the left of a -> b then.
+inline double twice_area(PlanPoint a, PlanPoint b, PlanPoint c) { return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x); }
+
 /// The common part of two triangles: a convex polygon of at most six corners. Rounding may add a corner to each stretch that a
 /// side cuts off: 3, then 4, 6 and 9 at the very most.
 struct Common {

@@ -4,6 +4,8 @@
 
 #include <deque>
 
+#include "gpu/mesh/mesh_point.h"
+
 namespace cordillera::pipeline::faces {
 namespace {
 
@@ -18,8 +20,7 @@ PlaneTriangulation::PlaneTriangulation(std::int32_t size)
 }
 
 std::int64_t PlaneTriangulation::turn(std::uint32_t a, std::uint32_t b, Point p) const {
-  const Point &o = points_[a], &q = points_[b];
-  return std::int64_t{q.x - o.x} * (p.y - o.y) - std::int64_t{q.y - o.y} * (p.x - o.x);
+  return gpu::twice_area(points_[a], points_[b], p);
 }
 
 bool PlaneTriangulation::in_circle(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) const {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <map>
 
+#include "gpu/mesh/mesh_point.h"
+
 namespace cordillera::pipeline::faces {
 namespace {
 
@@ -54,8 +56,7 @@ class Planner {
     }
     std::int64_t twice_area = 0;
     for (const Triangle& t : mesh.triangles) {
-      const auto [a, b, c] = std::array{places_[t[0]], places_[t[1]], places_[t[2]]};
-      const std::int64_t area = std::int64_t{b.x - a.x} * (c.y - a.y) - std::int64_t{b.y - a.y} * (c.x - a.x);
+      const std::int64_t area = gpu::twice_area(places_[t[0]], places_[t[1]], places_[t[2]]);
       if (area <= 0) return false;
       twice_area += area;
     }
