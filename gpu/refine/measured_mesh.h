@@ -146,7 +146,9 @@ class MeasuredMesh {
   }
   // A needle along a rim, outside of which there is no data: with its rim edge turned it is not published, and the rim moves by
   // less than half a unit.
-  bool can_shed(Id t, unsigned k, Quad& q) const { return is_on_rim(t, k, q) && all_but_on(point(q.a), point(q.b), point(q.c)); }
+  bool can_shed_needle(Id t, unsigned k, Quad& q) const {
+    return is_on_rim(t, k, q) && all_but_on(point(q.a), point(q.b), point(q.c));
+  }
   // What the greater error of two triangles must stay below for their edge to be turned; none when there is no reason to. Over
   // the limit the error has to fall; below it the shape may improve. So refinement ends: the errors over the limit only ever
   // fall.

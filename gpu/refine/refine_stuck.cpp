@@ -174,7 +174,7 @@ class Making : Refinement {
     std::optional<Turned> best;
     for (Id t = 0; t < mesh_.triangles.size(); ++t) {
       const Triangle& c = mesh_.triangles[t];
-      if (c[0] == v || c[1] == v || c[2] == v) prefer(t, corner_of(t, v), best);
+      if (c[0] == v || c[1] == v || c[2] == v) prefer_edge(t, corner_of(t, v), best);
     }
     if (!best || best->greater_m() > limit_m_) return false;
     flip(*best);

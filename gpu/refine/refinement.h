@@ -56,14 +56,14 @@ class Refinement : public MeasuredMesh {
   }
 
   void insert(Id t) {
-    if (shed(t)) return;
+    if (shed_needle(t)) return;
     const TriangleError found = error(t);
     for (int k = 0; k < found.count; ++k) {
       const MeshPoint& p = found.points[static_cast<std::size_t>(k)];
       const Id at = triangle_with(p, t);
       if (at != kNone && split(at, p)) return;
     }
-    turn(t);
+    turn_edge_of(t);
   }
 
   bool split(Id t, const MeshPoint& p) {
@@ -80,7 +80,7 @@ class Refinement : public MeasuredMesh {
     const Triangle corners = mesh_.triangles[t];
     for (const std::uint32_t v : corners) {
       if (has_room(v)) continue;
-      relieve(t, v, corners);
+      make_room_at(t, v, corners);
       if (stamp_[t] != stamp) return true;  // the triangle itself was turned: it is queued again
       if (!has_room(v)) return split_beside(t, corner_of(t, v), p);
     }
@@ -94,7 +94,7 @@ class Refinement : public MeasuredMesh {
     relink(beyond[1], t, t1);
     relink(beyond[2], t, t2);
     for (const std::uint32_t corner : c) ++valence_[corner];
-    settle(v, {t, t1, t2});
+    settle_vertex(v, {t, t1, t2});
     return true;
   }
 
@@ -119,7 +119,7 @@ class Refinement : public MeasuredMesh {
     const std::uint32_t stamp = stamp_[t], stamp_u = stamp_[u];
     for (const auto& [at, v] : {std::pair{t, c}, std::pair{u, d}}) {
       if (has_room(v)) continue;
-      relieve(at, v, {c, d, d});
+      make_room_at(at, v, {c, d, d});
       if (stamp_[t] != stamp) return true;
       if (stamp_[u] != stamp_u || !has_room(v)) return false;
     }
@@ -134,12 +134,12 @@ class Refinement : public MeasuredMesh {
     relink(ad, u, u1);
     ++valence_[c];
     ++valence_[d];
-    settle(v, {t, t1, u, u1});
+    settle_vertex(v, {t, t1, u, u1});
     return true;
   }
 
   // Turns edges opposite a new vertex while that pays, and queues what is over the limit.
-  void settle(std::uint32_t v, std::vector<Id> around) {
+  void settle_vertex(std::uint32_t v, std::vector<Id> around) {
     std::vector<Id> open = around;
     while (!open.empty()) {
       const Id t = open.back();
@@ -163,21 +163,21 @@ class Refinement : public MeasuredMesh {
     queue(now.q.t);
     queue(now.q.u);
   }
-  // Harm is repaired by insertions, but not for ever.
-  bool may_harm(std::uint32_t v) { return ++harmed_[v] <= kMostHarms; }
+  // Counts one harm more at v. Insertions repair harm, but not for ever: false once v has had all of its own.
+  bool spend_harm(std::uint32_t v) { return ++harmed_[v] <= kMostHarms; }
 
   // The edge from corner k of t, if turning it does less harm than best and makes no needle.
-  void prefer(Id t, unsigned k, std::optional<Turned>& best) const {
+  void prefer_edge(Id t, unsigned k, std::optional<Turned>& best) const {
     Quad q;
     if (!can_flip(t, k, q, 0) || makes_needle(q)) return;
     const Turned now = turned(q);
     if (!best || now.greater_m() < best->greater_m()) best = now;
   }
 
-  bool shed(Id t) {
+  bool shed_needle(Id t) {
     for (unsigned k = 0; k < 3; ++k) {
       Quad q;
-      if (!can_shed(t, k, q)) continue;
+      if (!can_shed_needle(t, k, q)) continue;
       flip_and_queue(turned(q));
       return true;
     }
@@ -185,15 +185,15 @@ class Refinement : public MeasuredMesh {
   }
 
   // No corner more would help: a sliver, which rounding tilts. Turns the edge of it that does least harm.
-  void turn(Id t) {
+  void turn_edge_of(Id t) {
     std::optional<Turned> best;
-    for (unsigned k = 0; k < 3; ++k) prefer(t, k, best);
-    if (best && (best->greater_m() < error(t).error_m || may_harm(mesh_.triangles[t][0]))) flip_and_queue(*best);
+    for (unsigned k = 0; k < 3; ++k) prefer_edge(t, k, best);
+    if (best && (best->greater_m() < error(t).error_m || spend_harm(mesh_.triangles[t][0]))) flip_and_queue(*best);
   }
 
   // Takes a neighbour from v, a corner of t that is over the limit: turns the edge at v that does least harm. waiting: vertices
   // that must have room for one neighbour more afterwards.
-  void relieve(Id t, std::uint32_t v, const Triangle& waiting) {
+  void make_room_at(Id t, std::uint32_t v, const Triangle& waiting) {
     const auto in_the_way = [&](std::uint32_t w) {
       return std::find(waiting.begin(), waiting.end(), w) != waiting.end() && !has_room(w, 1);
     };
@@ -204,10 +204,10 @@ class Refinement : public MeasuredMesh {
       const unsigned k = corner_of(t, v);
       const Id u = across_[t][k];
       const bool blocked = u == kNone || in_the_way(mesh_.triangles[t][before(k)]) || in_the_way(opposite(u, t));
-      if (!blocked) prefer(t, k, best);
+      if (!blocked) prefer_edge(t, k, best);
       t = across_[t][before(k)];  // counter-clockwise around v
     } while (t != kNone && t != start);
-    if (best && may_harm(v)) flip_and_queue(*best);
+    if (best && spend_harm(v)) flip_and_queue(*best);
   }
 
   std::map<std::uint32_t, int> harmed_;  // indexed by vertex: edges turned there to make room
