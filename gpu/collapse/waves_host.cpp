@@ -17,11 +17,6 @@ class HostDevice : public HostSteps {
     HostTeam team;
     f(team);
   }
-  void group(std::span<const std::uint32_t> values, const std::uint32_t* group_of, std::span<const std::uint32_t> first,
-             std::uint32_t* to) {
-    cursor_.assign(first.begin(), first.end());
-    for (std::size_t i = 0; i < values.size(); ++i) to[cursor_[group_of[i]]++] = values[i];
-  }
 
   void use() {}
   void simplify(const MeshView& mesh, const WindowCut& cut, const TileFinder& tiles, std::uint32_t) {
@@ -40,7 +35,6 @@ class HostDevice : public HostSteps {
 
  private:
   std::vector<unsigned char> storage_;
-  std::vector<std::uint32_t> cursor_;
 };
 
 }  // namespace

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <memory>
 #include <numeric>
+#include <span>
+#include <vector>
 
 namespace cordillera::gpu {
 
@@ -53,6 +55,15 @@ class HostSteps {
     return count;
   }
   void exclusive_sum(const std::uint32_t* from, std::uint32_t* to, std::size_t n) { std::exclusive_scan(from, from + n, to, 0u); }
+  /// Values by group, in their order within one; first[g]: where group g begins in to.
+  void group(std::span<const std::uint32_t> values, const std::uint32_t* group_of, std::span<const std::uint32_t> first,
+             std::uint32_t* to) {
+    cursor_.assign(first.begin(), first.end());
+    for (std::size_t i = 0; i < values.size(); ++i) to[cursor_[group_of[i]]++] = values[i];
+  }
+
+ private:
+  std::vector<std::uint32_t> cursor_;
 };
 
 }  // namespace cordillera::gpu

@@ -63,11 +63,6 @@ class HostExecutor : public HostSteps {
   void each_run(std::size_t n, const F& f) {
     in_pieces(n, 32, [&f](std::size_t i) { f(i, HostLane{}); });
   }
-  void group(std::span<const std::uint32_t> values, const std::uint32_t* group_of, std::span<const std::uint32_t> first,
-             std::uint32_t* to) {
-    cursor_.assign(first.begin(), first.end());
-    for (std::size_t i = 0; i < values.size(); ++i) to[cursor_[group_of[i]]++] = values[i];
-  }
   void windows(const PassView& pass, std::uint32_t count) {
     parallel_(count, [&pass, stop = stop_](std::size_t number) {
       if (stop && *stop) return;
@@ -94,7 +89,6 @@ class HostExecutor : public HostSteps {
 
   ParallelFor parallel_;
   const std::atomic<bool>* stop_ = nullptr;
-  std::vector<std::uint32_t> cursor_;
 };
 
 }  // namespace
