@@ -12,6 +12,7 @@
 
 #include "proto/mesh.h"
 #include "proto/result.h"
+#include "proto/stop_watch.h"
 
 namespace cordillera::gpu {
 
@@ -37,11 +38,6 @@ struct SimplifyJob {
 using ParallelFor = std::function<void(std::size_t count, const std::function<void(std::size_t)>& work)>;
 void one_after_the_other(std::size_t count, const std::function<void(std::size_t)>& work);
 
-struct StageTime {
-  std::string name;
-  double seconds = 0;
-};
-
 /// Simplifies tiles. Every vertex of a result is a vertex of its input (half-edge collapse; positions do not move, but for a
 /// border vertex that steps inside where nothing else can take it off the border). Vertices marked kKeep survive, unless they
 /// stand in the way of the border; vertices marked kRemove (tile border) are gone (where one is left, its surroundings were too
@@ -55,7 +51,7 @@ class Simplifier {
   virtual std::vector<proto::TileMesh> simplify(std::span<const SimplifyJob> jobs) = 0;
   virtual std::string device() const = 0;  ///< "cpu" or "cuda:0 (NVIDIA …)"
   /// What the last call spent its time on, all batches together; for benches.
-  virtual std::span<const StageTime> stages() const = 0;
+  virtual std::span<const proto::StageTime> stages() const = 0;
 };
 
 /// The regular mesh of (side+1)^2 vertices in which every inner vertex has I(v) = 6 triangles; triangle diagonals run SW-NE.

@@ -84,7 +84,7 @@ struct Report {
   double seconds() const {
     return build_seconds + select_seconds + collapse_seconds + rearrange_seconds + refine_seconds + copy_seconds;
   }
-  std::vector<fit::MeshStage> phases;  ///< what collapse_seconds went into, if asked for
+  std::vector<proto::StageTime> phases;  ///< what collapse_seconds went into, if asked for
 
   std::uint64_t tried() const {
     std::uint64_t sum = 0;

@@ -1,12 +1,11 @@
 #pragma once
 // The steps of Figure 4.1, pass after pass: connect, select, windows, rearrange.
-#include <chrono>
-
 #include "gpu/cleap/engine.h"
 #include "gpu/cleap/metrics.h"
 #include "gpu/cleap/pool_maker.h"
 #include "gpu/cleap/windows.h"
 #include "gpu/cleap/working_mesh.h"
+#include "proto/stop_watch.h"
 
 namespace cordillera::gpu::cleap {
 
@@ -45,15 +44,13 @@ class Driver : public Engine {
   }
 
  private:
-  using Clock = std::chrono::steady_clock;
-
   /// False: an edge has more than two triangles.
   template <class Metric>
   bool simplify(const fit::HeightMesh& from, const CollapseTarget& target, const Options& options, Simplified& result,
                 TileTags* tile = nullptr) {
     Report& report = result.report;
     report.device = device_->name();
-    last_ = Clock::now();
+    watch_.lap();
     mesh_.load(from);
     if (tile) mesh_.load_tags(tile->tags, tile->rim_units);
     report.copy_seconds += lap();
@@ -92,14 +89,13 @@ class Driver : public Engine {
   /// Since the last one; the device has come to an end.
   double lap() {
     mesh_.wait();
-    const Clock::time_point now = Clock::now();
-    return std::chrono::duration<double>(now - std::exchange(last_, now)).count();
+    return watch_.lap();
   }
 
   std::unique_ptr<Device> device_;
   WorkingMesh<Device> mesh_;
   PoolMaker<Device> pool_;
-  Clock::time_point last_;
+  proto::StopWatch watch_;
 };
 
 }  // namespace cordillera::gpu::cleap

@@ -101,7 +101,7 @@ class TileSimplifier final : public Simplifier {
     return results;
   }
   std::string device() const override { return engine_->device(); }
-  std::span<const StageTime> stages() const override { return {}; }
+  std::span<const proto::StageTime> stages() const override { return {}; }
 
  private:
   std::unique_ptr<Engine> engine_;

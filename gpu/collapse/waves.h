@@ -20,6 +20,7 @@
 
 #include "gpu/collapse/batch.h"
 #include "gpu/collapse/window_cut.h"
+#include "proto/stop_watch.h"
 
 namespace cordillera::gpu {
 
@@ -37,20 +38,20 @@ class WaveSimplifier final : public Simplifier {
 
   std::vector<proto::TileMesh> simplify(std::span<const SimplifyJob> jobs) override;
   std::string device() const override { return device_->name(); }
-  std::span<const StageTime> stages() const override { return stages_; }
+  std::span<const proto::StageTime> stages() const override { return stages_; }
 
  private:
   static constexpr int kPasses = 2;  // at least: seams of one lie inside windows of the next
   static constexpr int kMostPasses = 12;
   void simplify_batch(std::span<const SimplifyJob> jobs, std::span<proto::TileMesh> results);
-  void stage(const std::string& name);  ///< what ends now; empty: only starts the clock
+  void end_stage(const std::string& name) { proto::add_time(stages_, name, watch_.lap()); }
 
   std::unique_ptr<Device> device_;
   ParallelFor parallel_;
   Batch<Device> batch_;
   WindowCutter<Device> cutter_;
-  std::vector<StageTime> stages_;
-  double stage_start_s_ = 0;
+  std::vector<proto::StageTime> stages_;
+  proto::StopWatch watch_;
 };
 
 std::unique_ptr<Simplifier> make_host_waves(ParallelFor parallel);

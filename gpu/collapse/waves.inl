@@ -1,6 +1,4 @@
 // The driver of strategy `waves`; included by waves_host.cpp and waves_cuda.cu only.
-#include <chrono>
-
 #include "gpu/collapse/batch.inl"
 #include "gpu/collapse/waves.h"
 
@@ -11,7 +9,7 @@ std::vector<proto::TileMesh> WaveSimplifier<Device>::simplify(std::span<const Si
   std::vector<proto::TileMesh> results(jobs.size());
   device_->use();
   stages_.clear();
-  stage({});
+  watch_.lap();
   std::size_t from = 0, vertices = 0;
   for (std::size_t j = 0; j < jobs.size(); ++j) {
     vertices += jobs[j].input->vertices();
@@ -26,30 +24,19 @@ std::vector<proto::TileMesh> WaveSimplifier<Device>::simplify(std::span<const Si
 template <class Device>
 void WaveSimplifier<Device>::simplify_batch(std::span<const SimplifyJob> jobs, std::span<proto::TileMesh> results) {
   batch_.load(jobs, parallel_);
-  stage("load");
+  end_stage("load");
   batch_.start(jobs);
   for (int pass = 0; pass < kMostPasses; ++pass) {
     const std::span<const std::uint32_t> vertices = batch_.alive(pass == 0);
-    stage(pass == 0 ? "start" : "pass " + std::to_string(pass));
+    end_stage(pass == 0 ? "start" : "pass " + std::to_string(pass));
     const WindowCut cut = cutter_.cut(*device_, batch_.view(), batch_.tiles(), vertices, pass, kPasses);
     if (cut.in_work == 0) break;
     device_->simplify(batch_.view(), cut, batch_.tiles(), batch_.row_width());
   }
   batch_.unload();
-  stage("unload");
+  end_stage("unload");
   parallel_(jobs.size(), [&](std::size_t t) { results[t] = finish_tile(jobs[t], batch_.survivors(t)); });
-  stage("mend");
-}
-
-template <class Device>
-void WaveSimplifier<Device>::stage(const std::string& name) {
-  const double now_s = std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-  if (!name.empty()) {
-    auto at = std::find_if(stages_.begin(), stages_.end(), [&](const StageTime& known) { return known.name == name; });
-    if (at == stages_.end()) at = stages_.insert(at, {name, 0});
-    at->seconds += now_s - stage_start_s_;
-  }
-  stage_start_s_ = now_s;
+  end_stage("mend");
 }
 
 }  // namespace cordillera::gpu

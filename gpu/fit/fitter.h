@@ -58,7 +58,7 @@ class FitEngine {
   virtual FittedMesh fit(const HeightGrid& grid, FitRequest request, PlanScale& scale) = 0;
   virtual const float* keep(const HeightGrid& grid) = 0;
   virtual std::string device() const = 0;
-  virtual const std::vector<MeshStage>& stages() const = 0;  ///< of the last call
+  virtual const std::vector<proto::StageTime>& stages() const = 0;  ///< of the last call
 };
 
 std::unique_ptr<FitEngine> make_host_fit(unsigned threads);

@@ -197,7 +197,7 @@ class Fitter final : public FitEngine {
   }
 
   std::string device() const override { return device_->name(); }
-  const std::vector<MeshStage>& stages() const override { return stages_; }
+  const std::vector<proto::StageTime>& stages() const override { return stages_; }
 
  private:
   void begin() {
@@ -245,10 +245,7 @@ class Fitter final : public FitEngine {
   void sum_up_stages() {
     std::size_t from = start_;
     for (const auto& [name, to] : ended_) {
-      auto at =
-          std::find_if(stages_.begin(), stages_.end(), [&stage = name](const MeshStage& known) { return known.name == stage; });
-      if (at == stages_.end()) at = stages_.insert(at, {name, 0});
-      at->seconds += device_->seconds_between(from, to);
+      proto::add_time(stages_, name, device_->seconds_between(from, to));
       from = to;
     }
   }
@@ -256,7 +253,7 @@ class Fitter final : public FitEngine {
   std::unique_ptr<Device> device_;
   WorkMesh<Device> work_;
   SampleStore<Device> store_;
-  std::vector<MeshStage> stages_;
+  std::vector<proto::StageTime> stages_;
   std::vector<std::pair<std::string, std::size_t>> ended_;
   std::size_t start_ = 0;
   typename Device::template Array<float> heights_, kept_;

@@ -49,7 +49,7 @@ proto::Result<SimplifiedMesh> GridSimplifier::simplify(const HeightGrid& grid, c
   SimplifiedMesh result;
   take_back(scale, std::size_t{grid.columns} * grid.rows, fitted, result);
   result.report.stages = engine_->stages();
-  for (const MeshStage& stage : result.report.stages) result.report.seconds += stage.name == "fetch" ? 0 : stage.seconds;
+  for (const proto::StageTime& stage : result.report.stages) result.report.seconds += stage.name == "fetch" ? 0 : stage.seconds;
   result.report.device = engine_->device();
   return result;
 }

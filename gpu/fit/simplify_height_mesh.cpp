@@ -56,8 +56,8 @@ proto::Result<SimplifiedMesh> simplify(const HeightMesh& mesh, const MeshTarget&
   }
   if (fitted.fault == FittedMesh::Fault::overlap) return overlapping(mesh, plan, fitted.fault_sample);
   take_back(plan.scale, plan.at.size(), fitted, result);
-  for (const MeshStage& stage : (*engine)->stages()) result.report.stages.push_back(stage);
-  for (const MeshStage& stage : result.report.stages) result.report.seconds += stage.seconds;
+  for (const proto::StageTime& stage : (*engine)->stages()) result.report.stages.push_back(stage);
+  for (const proto::StageTime& stage : result.report.stages) result.report.seconds += stage.seconds;
   result.report.device = (*engine)->device();
   return result;
 }

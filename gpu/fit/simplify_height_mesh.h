@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "proto/result.h"
+#include "proto/stop_watch.h"
 
 namespace cordillera::gpu::fit {
 
@@ -61,18 +62,13 @@ struct MeshOptions {
   int exchanges = kOfQuality;  ///< how many, if not what the quality says; ignored for a target in metres
 };
 
-struct MeshStage {
-  std::string name;
-  double seconds = 0;
-};
-
 struct MeshReport {
   std::uint64_t vertices = 0, triangles = 0;  ///< of the result
   /// Along z, over all vertices of the input, against the result's surface above or below them.
   double rmse_m = 0, max_error_m = 0;
-  double seconds = 0;             ///< simplification, without checks of the input and without the measuring of this report
-  std::string device;             ///< "cpu" or "cuda:0 (NVIDIA …)"
-  std::vector<MeshStage> stages;  ///< what `seconds` went into, in the order of first use
+  double seconds = 0;                    ///< simplification, without checks of the input and without the measuring of this report
+  std::string device;                    ///< "cpu" or "cuda:0 (NVIDIA …)"
+  std::vector<proto::StageTime> stages;  ///< what `seconds` went into, in the order of first use
 };
 
 struct SimplifiedMesh {

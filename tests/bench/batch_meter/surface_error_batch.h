@@ -29,7 +29,7 @@ class BatchMeter {
   virtual std::vector<SurfaceError> measure(std::span<const TileSurface> tiles) = 0;
   virtual std::string device() const = 0;  ///< "cpu" or "cuda:0 (NVIDIA …)"
   /// What the last call spent its time on; for benches.
-  virtual std::span<const StageTime> stages() const = 0;
+  virtual std::span<const proto::StageTime> stages() const = 0;
 };
 
 /// Devices as in make_simplifier. parallel: for what remains on the host, tile by tile.

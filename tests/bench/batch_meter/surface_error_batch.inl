@@ -1,7 +1,6 @@
 // The driver of BatchMeter; included by surface_error_batch.cpp and surface_error_cuda.cu only. A Device runs steps over arrays:
 // see waves.h.
 #include <algorithm>
-#include <chrono>
 #include <optional>
 
 #include "gpu/measure/sample_frames.h"
@@ -52,7 +51,7 @@ class BatchMeterOn final : public BatchMeter {
   }
 
   std::string device() const override { return device_->name(); }
-  std::span<const StageTime> stages() const override { return stages_; }
+  std::span<const proto::StageTime> stages() const override { return stages_; }
 
  private:
   // On the device a triangle takes some 200 bytes, a row 40.
@@ -74,25 +73,17 @@ class BatchMeterOn final : public BatchMeter {
     if (count > 0) device_->copy_in(room(array, count), from, count);
     return room(array, count);
   }
-  void stage(const char* name) {
-    const double now_s = std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-    if (name) {
-      auto at = std::find_if(stages_.begin(), stages_.end(), [&](const StageTime& known) { return known.name == name; });
-      if (at == stages_.end()) at = stages_.insert(at, {name, 0});
-      at->seconds += now_s - stage_start_s_;
-    }
-    stage_start_s_ = now_s;
-  }
+  void end_stage(const char* name) { proto::add_time(stages_, name, watch_.lap()); }
 
   void measure_some(std::span<const TileSurface> tiles, std::vector<SurfaceError>& results) {
-    stage(nullptr);
+    watch_.lap();
     plan(tiles);
     pack(tiles);
-    stage("pack");
+    end_stage("pack");
     load();
-    stage("upload");
+    end_stage("upload");
     const std::vector<TileTally> tallies = run();
-    stage("measure");
+    end_stage("measure");
     const std::size_t first = results.size();
     results.resize(first + tiles.size());
     for (std::size_t t = 0; t < tallies.size(); ++t) results[first + t] = error_of(tallies[t]);
@@ -283,8 +274,8 @@ class BatchMeterOn final : public BatchMeter {
 
   std::unique_ptr<Device> device_;
   ParallelFor parallel_;
-  std::vector<StageTime> stages_;
-  double stage_start_s_ = 0;
+  std::vector<proto::StageTime> stages_;
+  proto::StopWatch watch_;
 
   proto::Lattice lattice_;
   const proto::Samples* samples_ = nullptr;

@@ -121,14 +121,14 @@ class Crew {
 };
 
 /// As "name 1.234 ms", one after the other.
-void print_stages(const std::vector<gpu::StageTime>& stages) {
-  for (const gpu::StageTime& stage : stages) std::printf(" %s %.3f ms", stage.name.c_str(), 1e3 * stage.seconds);
+void print_stages(const std::vector<proto::StageTime>& stages) {
+  for (const proto::StageTime& stage : stages) std::printf(" %s %.3f ms", stage.name.c_str(), 1e3 * stage.seconds);
 }
 /// What the device itself worked on, the passes and the measuring, but not what goes to it and comes back.
 double on_device_s(const bench::LevelFigures& level) {
   double sum_s = 0;
   for (const auto* stages : {&level.stages, &level.measure_stages}) {
-    for (const gpu::StageTime& stage : *stages)
+    for (const proto::StageTime& stage : *stages)
       sum_s += stage.name == "start" || stage.name.starts_with("pass") || stage.name == "measure" ? stage.seconds : 0;
   }
   return sum_s;
@@ -155,7 +155,7 @@ void print_json(std::string_view terrain, const bench::LevelFigures& level) {
       "\"hash\":\"%016" PRIx64 "\",\"measure_seconds\":%.6f,\"max_error_m\":%.17g,\"rmse_m\":%.17g,\"stages_ms\":{",
       first ? "" : ",", terrain.data(), level.level, level.tiles, level.vertices_in, level.vertices, level.simplify_s, level.hash,
       level.measure_s, level.max_error_m, level.rmse_m);
-  for (const gpu::StageTime& stage : level.stages) {
+  for (const proto::StageTime& stage : level.stages) {
     std::printf("%s\"%s\":%.3f", &stage == level.stages.data() ? "" : ",", stage.name.c_str(), 1e3 * stage.seconds);
   }
   std::printf("}}");

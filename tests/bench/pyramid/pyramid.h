@@ -14,9 +14,9 @@ struct LevelFigures {
   int level = 0;
   std::size_t tiles = 0, vertices_in = 0, vertices = 0, triangles = 0;
   double prepare_s = 0, simplify_s = 0;
-  std::vector<gpu::StageTime> stages;  ///< of simplify_s
-  double measure_s = 0;                ///< true errors of all its tiles; 0: not asked for
-  std::vector<gpu::StageTime> measure_stages;
+  std::vector<proto::StageTime> stages;  ///< of simplify_s
+  double measure_s = 0;                  ///< true errors of all its tiles; 0: not asked for
+  std::vector<proto::StageTime> measure_stages;
   double max_error_m = 0, rmse_m = 0;
   std::uint64_t hash = 0;  ///< FNV-1a over tiles, positions, heights, marks and triangles, in order
 };

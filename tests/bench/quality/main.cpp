@@ -118,7 +118,7 @@ void print_row(const Options& options, const bench::Way& way, const SimplifiedMe
     std::printf("%-8s %8" PRIu64 " %9.4f %9.3f %8.4f %8.3f  %016" PRIx64 " ", way.name, report.triangles, report.rmse_m,
                 report.max_error_m, report.seconds, cpu_s, hash);
     if (options.between) std::printf(" between %.4f %.3f", between.rmse, between.max);
-    for (const MeshStage& stage : report.stages) std::printf(" %s %.2f", stage.name.c_str(), 1e3 * stage.seconds);
+    for (const proto::StageTime& stage : report.stages) std::printf(" %s %.2f", stage.name.c_str(), 1e3 * stage.seconds);
     std::printf("\n");
   }
   std::fflush(stdout);
