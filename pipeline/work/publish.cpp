@@ -49,20 +49,15 @@ proto::Result<void> add_water(const proto::WorkPlan& plan, const BuildRequest& r
       plan.plan(), workers, [&] { return open_source(request); }, store, never);
 }
 
-proto::Result<proto::Manifest> collect(const proto::WorkPlan& plan, const std::string& folder, const std::string& path,
-                                       const std::function<void(Progress)>& told) {
+proto::Result<proto::Manifest> collect(const proto::WorkPlan& plan, const std::string& folder, const std::string& path) {
   auto store = StoreWriter::open(path, plan.plan());
   if (!store.ok()) return store.problem();
-  Progress progress;
-  for (const proto::WorkStage& stage : plan.stages()) progress.all += static_cast<std::size_t>(stage.tasks_size());
   for (const proto::WorkStage& stage : plan.stages()) {
     for (const proto::WorkTask& task : stage.tasks()) {
       auto finished = read_shard(folder, task);
       if (!finished.ok()) return finished.problem();
       finished->mesh.reset();  // for the task above, which is done
       if (const auto committed = (*store)->commit(*finished); !committed.ok()) return committed.problem();
-      ++progress.done;
-      told(progress);
     }
   }
   const BuildRequest request = request_of(plan);
@@ -92,13 +87,12 @@ proto::Result<proto::Manifest> publish_store(StoreWriter& store, const BuildRequ
   return published;
 }
 
-proto::Result<proto::Manifest> publish(const proto::WorkPlan& plan, const std::string& folder, const std::string& store_path,
-                                       const std::function<void(Progress)>& told) {
+proto::Result<proto::Manifest> publish(const proto::WorkPlan& plan, const std::string& folder, const std::string& store_path) {
   if (const auto there = all_there(plan, folder); !there.ok()) return there.problem();
   const std::string part = store_path + ".publishing";
   const auto clean = [&] { remove_store(part); };
   clean();
-  auto manifest = collect(plan, folder, part, told);
+  auto manifest = collect(plan, folder, part);
   if (!manifest.ok()) {
     clean();
     return manifest;

@@ -241,7 +241,7 @@ int publish_command(const PublishLine& line) {
   if (!place.has_filename()) place = place.parent_path();
   const std::string store =
       file ? place.string() : (place.parent_path() / (place.filename().string() + ".publishing.sqlite")).string();
-  const auto manifest = work::publish(*plan, line.folder, store, [](work::Progress) {});
+  const auto manifest = work::publish(*plan, line.folder, store);
   if (!manifest) return fail(manifest.problem());
   if (!file) {
     const auto exported = [&]() -> proto::Result<void> {

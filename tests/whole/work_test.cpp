@@ -75,7 +75,7 @@ class Work : public testing::Test {
     }
   }
   proto::Result<proto::Manifest> publish(const proto::WorkPlan& plan, const std::string& name) {
-    return work::publish(plan, shards_, folder_.path(name), [](work::Progress) {});
+    return work::publish(plan, shards_, folder_.path(name));
   }
 
   Folder folder_;
