@@ -67,7 +67,8 @@ std::string encode_drc(const EncodeInput& input, const PublishedMesh& published)
 /// that is itself a multiple of it, the glTF y-up rotation excepted; what the shading asks for; skirts, where data reaches a side
 /// of the tile, as a primitive of their own. Vertices where two rims touch are split, so every primitive is a manifold.
 std::string encode_glb(const EncodeInput& input, const PublishedMesh& published);
-// Both give an empty string when the tile has no published triangle.
+// Both give an empty string when the tile has no published triangle. The second throws std::invalid_argument when the tile spans
+// more than 2^23 steps.
 std::string encode_drc(const EncodeInput& input);
 std::string encode_glb(const EncodeInput& input);
 
@@ -76,10 +77,6 @@ std::string encode_glb(const EncodeInput& input);
 /// tiles.
 std::array<double, 6> tile_region(const EncodeInput& input, const PublishedMesh& published);
 std::array<double, 6> tile_region(const EncodeInput& input);
-
-/// The finest ecef_step_m that holds any tile of a level: Draco keeps 23 bits of a coordinate exactly. Coarser powers of two are
-/// fine; with a finer one encode_glb may throw std::invalid_argument.
-double smallest_ecef_step_m(int level);
 
 /// Goes into the manifest as drc_formula.
 inline constexpr const char* kDrcFormula =

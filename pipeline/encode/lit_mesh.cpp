@@ -179,14 +179,6 @@ void centre(LitMesh& mesh) {
 
 }  // namespace
 
-double smallest_ecef_step_m(int level) {
-  // Half of a tile's diagonal on the equator plus heights, halved again; at levels 0 and 1 the earth itself bounds the box.
-  const double half_m = std::min(6.42e6, 0.7072 * 20037508.4 / std::ldexp(1, level) + proto::kMaxHeight_m * 2);
-  double step = std::ldexp(1, -20);
-  while (half_m / step > std::ldexp(1, kMaxGridBits - 1) - 2) step *= 2;
-  return step;
-}
-
 LitMesh lit_mesh(const EncodeInput& input, const PublishedMesh& published) {
   LitMesh out;
   out.step_m = input.ecef_step_m;

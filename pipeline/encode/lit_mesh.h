@@ -28,7 +28,7 @@ struct LitMesh {
 };
 
 /// published: of the input's mesh. terrain is empty when nothing of the tile is published. Throws std::invalid_argument when the
-/// tile spans more than 2^23 steps (smallest_ecef_step_m() never does).
+/// tile spans more than 2^23 steps.
 LitMesh lit_mesh(const EncodeInput& input, const PublishedMesh& published);
 
 }  // namespace cordillera::pipeline

@@ -1,6 +1,7 @@
 #pragma once
 // Tiles to encode before there is a simplifier to make them: regular meshes of a height function on the lattice, voids where it
 // says so.
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "gpu/simplify.h"
+#include "pipeline/encode/draco_mesh.h"
 #include "pipeline/encode/encode.h"
 #include "proto/ellipsoid.h"
 
@@ -47,6 +49,15 @@ inline proto::TileMesh synthetic_mesh(const proto::Lattice& lattice, const proto
     }
   }
   return gpu::grid_mesh(cells, step, heights);
+}
+
+/// The finest ecef_step_m that holds any tile of a level: Draco keeps 23 bits of a coordinate exactly.
+inline double smallest_ecef_step_m(int level) {
+  // Half of a tile's diagonal on the equator plus heights, halved again; at levels 0 and 1 the earth itself bounds the box.
+  const double half_m = std::min(6.42e6, 0.7072 * 20037508.4 / std::ldexp(1, level) + proto::kMaxHeight_m * 2);
+  double step = std::ldexp(1, -20);
+  while (half_m / step > std::ldexp(1, kMaxGridBits - 1) - 2) step *= 2;
+  return step;
 }
 
 inline EncodeInput encode_input(const proto::Lattice& lattice, const proto::TileAddress& tile, const proto::TileMesh& mesh) {
