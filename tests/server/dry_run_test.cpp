@@ -238,10 +238,13 @@ TEST_F(DryRun, OfNoDataIsTheProblemThatABuildWouldHave) {
   const auto estimate = pipeline::estimate(request_);
   ASSERT_FALSE(estimate.ok());
   EXPECT_EQ(estimate.problem().type, "raster-all-nodata");
+}
+
+TEST_F(DryRun, LooksAtTheWaterMaskAsABuildDoes) {
   request_.options.set_water_mask("no such mask.tif");
-  const auto masked = pipeline::estimate(request_);
-  ASSERT_FALSE(masked.ok());
-  EXPECT_EQ(masked.problem().parameter, "water_mask") << masked.problem().line();
+  const auto estimate = pipeline::estimate(request_);
+  ASSERT_FALSE(estimate.ok());
+  EXPECT_EQ(estimate.problem().parameter, "water_mask") << estimate.problem().line();
 }
 
 }  // namespace
