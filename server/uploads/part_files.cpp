@@ -10,7 +10,6 @@
 
 #include "raster/disk/new_file.h"
 #include "raster/disk/write_all.h"
-#include "raster/storage/storage.h"
 #include "server/http/digest.h"
 #include "server/http/json.h"
 #include "server/log/log.h"
@@ -80,7 +79,12 @@ std::optional<Problem> PartFiles::too_many(const std::string& sender) const {
 bool PartFiles::write_down(const PartFile& file) const {
   const Json json = {
       {"length", file.length}, {"offset", file.offset}, {"name", file.name}, {"owner", file.owner}, {"sender", file.sender}};
-  return raster::write_whole((folder_ / file.id / kDescription).string(), json.dump()).ok();
+  // Not with write_whole(), which makes the folder where it is not there: the upload may be deleted at this moment.
+  const fs::path folder = folder_ / file.id, next = folder / "upload.json.new";
+  std::error_code error;
+  fs::remove(next, error);  // what a kill left
+  raster::NewFile out(next);
+  return out.is_open() && out.write(json.dump()) && out.close() && raster::put_in_place(next, folder / kDescription);
 }
 
 std::optional<PartFile> PartFiles::find(const std::string& id) const {

@@ -241,6 +241,10 @@ TEST_F(DryRun, OfNoDataIsTheProblemThatABuildWouldHave) {
 }
 
 TEST_F(DryRun, LooksAtTheWaterMaskAsABuildDoes) {
+  Spec spec;
+  spec.columns = spec.rows = 20;
+  request_.raster_path = write(spec);
+  request_.options = raster_test::plain_options();
   request_.options.set_water_mask("no such mask.tif");
   const auto estimate = pipeline::estimate(request_);
   ASSERT_FALSE(estimate.ok());
