@@ -146,13 +146,12 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
   Teller teller(progress);
   teller.stage("open", 1);
   const std::future<void> waking = gpu::wake_device(request.options.device());  // while the raster is opened
-  const Builder::OpenSource open = [&] { return open_source(request); };
-  const auto source = open();
+  const auto source = open_source(request);
   if (!source.ok()) return source.problem();
   auto plan = plan_of(request, **source);
   if (!plan.ok()) return plan.problem();
-  Workers workers(request.options.threads());
-  Builder builder(*plan, workers, open, {request.options.device(), request.options.memory()}, stop);
+  Workshop shop(request, *plan, stop);
+  Builder& builder = shop.builder;
   if (const auto ready = builder.prepare(); !ready.ok()) return ready.problem();
   if (request.options.keep_size() > 0) {
     teller.stage("plan", 1);
@@ -161,10 +160,10 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
   }
   auto store = StoreWriter::open(request.store_path, *plan, request.other);
   if (!store.ok()) return store.problem();
-  const Site site{*plan, builder, workers, open, **store, teller, request.follower, Consumed::removed, stop};
+  const Site site{*plan, shop, **store, teller, request.follower, Consumed::removed, stop};
   if (const auto made = make_stages(site, stages_of(*plan)); !made.ok()) return made.problem();
   const proto::Source& described = request.decimation ? request.decimation->of : (*source)->description();
-  proto::Manifest manifest = blank_manifest(request, *plan, described, {workers.threads(), builder.device()});
+  proto::Manifest manifest = blank_manifest(request, *plan, described, {shop.workers.threads(), builder.device()});
   manifest.set_provisional(is_provisional(request));
   if (!is_provisional(request)) note_values(**source, manifest);
   manifest.set_device(builder.device());  // in the manifest alone: tiles are the same bytes wherever they were made

@@ -74,7 +74,7 @@ proto::Result<void> build_looked_at(const Site& site, const std::vector<proto::T
   BlockFollower& follower = *site.follower;
   const auto has_tiles = [&](const proto::TileAddress& block) { return follower.has_tiles(block); };
   auto left = std::count_if(blocks.begin(), blocks.end(), has_tiles);
-  const std::size_t at_once = site.builder.tasks_at_once();
+  const std::size_t at_once = site.shop.builder.tasks_at_once();
   const auto began = Clock::now();
   std::optional<Clock::time_point> made;
   RunningTasks running([&](std::size_t k) { return make(blocks[k]); });
@@ -134,7 +134,7 @@ proto::Result<void> build_blocks(const Site& site, const std::vector<proto::Tile
       finest.waits = [=] { return follower->waits_for_finest(node); };
       finest.take = [=](const std::vector<EncodedTile>& tiles) { follower->take_finest(node, tiles); };
     }
-    auto task = site.builder.block(node, tell, finest);
+    auto task = site.shop.builder.block(node, tell, finest);
     if (task.ok()) tell(1);
     return task;
   };
@@ -152,7 +152,7 @@ proto::Result<void> build_blocks(const Site& site, const std::vector<proto::Tile
   auto built =
       lazy ? build_looked_at(site, blocks, order, make, take)
            : in_flight(
-                 blocks.size(), site.builder.tasks_at_once(), [&](std::size_t) { return make(blocks[order.next()]); }, take);
+                 blocks.size(), site.shop.builder.tasks_at_once(), [&](std::size_t) { return make(blocks[order.next()]); }, take);
   if (built.ok()) site.teller.tell(total);  // parts add up to it but for rounding
   return built;
 }
@@ -172,10 +172,10 @@ proto::Result<void> merge_upwards(const Site& site, const Stages& stages) {
   for (const std::vector<proto::TileAddress>& nodes : left) {
     const auto make = [&](std::size_t k) -> proto::Result<FinishedTask> {
       if (site.stop) return kCancelled;
-      return site.builder.merge(nodes[k], [&](const proto::TileAddress& child) { return site.store.mesh(child); });
+      return site.shop.builder.merge(nodes[k], [&](const proto::TileAddress& child) { return site.store.mesh(child); });
     };
     // A merge is one tile: as many side by side as there are threads.
-    const auto merged = in_flight(nodes.size(), site.workers.threads(), make, [&](std::size_t, FinishedTask&& task) {
+    const auto merged = in_flight(nodes.size(), site.shop.workers.threads(), make, [&](std::size_t, FinishedTask&& task) {
       done.add(1);
       return commit(site, task);
     });
@@ -185,6 +185,11 @@ proto::Result<void> merge_upwards(const Site& site, const Stages& stages) {
 }
 
 }  // namespace
+
+Workshop::Workshop(const BuildRequest& request, const proto::Plan& plan, const std::atomic<bool>& stop)
+    : workers(request.options.threads()),
+      open([&request] { return open_source(request); }),
+      builder(plan, workers, open, {request.options.device(), request.options.memory()}, stop) {}
 
 Stages stages_of(const proto::Plan& plan) {
   Stages stages = stages_above(plan);
@@ -196,7 +201,7 @@ proto::Result<void> make_stages(const Site& site, const Stages& stages) {
   if (const auto built = build_blocks(site, stages.front()); !built.ok()) return built;
   if (const auto merged = merge_upwards(site, stages); !merged.ok()) return merged;
   site.teller.stage("publish", 1);
-  return build_water(site.plan, site.workers, site.open, site.store, site.stop);
+  return build_water(site.plan, site.shop.workers, site.shop.open, site.store, site.stop);
 }
 
 }  // namespace cordillera::pipeline

@@ -12,15 +12,24 @@
 
 namespace cordillera::pipeline {
 
+/// Threads, and on them a builder of a plan, with handles of its own on the request's sources. request and stop outlive it.
+struct Workshop {
+  Workshop(const BuildRequest& request, const proto::Plan& plan, const std::atomic<bool>& stop);
+  Workshop(const Workshop&) = delete;
+  Workshop& operator=(const Workshop&) = delete;
+
+  Workers workers;
+  const Builder::OpenSource open;
+  Builder builder;  ///< to be prepared
+};
+
 /// Meshes in the store that a task has used. kept: the next version may need them.
 enum class Consumed : std::uint8_t { removed, kept };
 
 /// Where tasks are made and where they go. All of it outlives the call.
 struct Site {
   const proto::Plan& plan;
-  Builder& builder;  ///< of this plan, prepared
-  Workers& workers;
-  const Builder::OpenSource& open;
+  Workshop& shop;  ///< of this plan, prepared
   StoreWriter& store;
   Teller& teller;
   BlockFollower* follower;  ///< may be null

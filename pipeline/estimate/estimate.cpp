@@ -5,6 +5,7 @@
 
 #include "pipeline/build/blank_manifest.h"
 #include "pipeline/build/pilot.h"
+#include "pipeline/build/stages.h"
 #include "pipeline/estimate/sample_build.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/plan/sample_places.h"
@@ -101,15 +102,14 @@ double seconds_for(const Sampled& sampled, const std::vector<LevelSum>& sums, un
 }  // namespace
 
 proto::Result<Estimate> estimate(const BuildRequest& request) {
-  const auto open = [&] { return open_source(request); };
-  const auto source = open();
+  const auto source = open_source(request);
   if (!source.ok()) return source.problem();
   auto plan = plan_of(request, **source);
   if (!plan.ok()) return plan.problem();
-  Workers workers(request.options.threads());
-  const unsigned threads = workers.threads();
   const std::atomic<bool> never = false;
-  Builder builder(*plan, workers, open, {request.options.device(), request.options.memory()}, never);
+  Workshop shop(request, *plan, never);
+  Builder& builder = shop.builder;
+  const unsigned threads = shop.workers.threads();
   if (const auto ready = builder.prepare(); !ready.ok()) return ready.problem();
   const auto level = is_small(*plan) ? plan->block_level() : plan->finest_level();
   const std::vector<proto::TileAddress> nodes = filled_nodes(*plan, **source, static_cast<int>(level));

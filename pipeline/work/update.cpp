@@ -5,7 +5,6 @@
 #include <map>
 
 #include "gpu/simplify.h"
-#include "pipeline/build/builder.h"
 #include "pipeline/build/stages.h"
 #include "pipeline/build/teller.h"
 #include "pipeline/plan/plan.h"
@@ -74,18 +73,6 @@ std::optional<proto::WorkPlan> plan_in(const std::string& store_path) {
   return plan;
 }
 
-raster::MosaicMember member_of(const proto::PlannedSource& source, const std::string& path, raster::Trust trust) {
-  const auto side = [&](int k) { return static_cast<std::int64_t>(source.window(k)); };
-  return {path,
-          source.spec().name(),
-          trust,
-          source.spec().options(),
-          source.description(),
-          {side(0), side(1), side(2), side(3)},
-          source.state(),
-          source.datum()};
-}
-
 proto::Result<std::int64_t> first_block_samples(const BuildRequest& request, const raster::Source& source) {
   const auto range = level_range(source.description(), request.options);
   if (!range.ok()) return range.problem();
@@ -104,11 +91,9 @@ proto::Result<proto::Manifest> update(const UpdateOrder& order, const ProgressCa
   if (const auto ready = prepare_store(order, before, *plan); !ready.ok()) return ready.problem();
   auto store = StoreWriter::open(request.store_path, plan->plan(), Existing::refuse);  // what was prepared is not to be lost
   if (!store.ok()) return store.problem();
-  Workers workers(request.options.threads());
-  const Builder::OpenSource open = [&] { return open_source(request); };
-  Builder builder(plan->plan(), workers, open, {request.options.device(), request.options.memory()}, stop);
-  if (const auto ready = builder.prepare(); !ready.ok()) return ready.problem();
-  const Site site{plan->plan(), builder, workers, open, **store, teller, request.follower, Consumed::kept, stop};
+  Workshop shop(request, plan->plan(), stop);
+  if (const auto ready = shop.builder.prepare(); !ready.ok()) return ready.problem();
+  const Site site{plan->plan(), shop, **store, teller, request.follower, Consumed::kept, stop};
   if (const auto made = make_stages(site, stages_of(*plan)); !made.ok()) return made.problem();
   auto published = publish_store(**store, request, *plan);
   if (published.ok()) teller.tell(1);

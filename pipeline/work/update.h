@@ -35,7 +35,4 @@ proto::Result<proto::Manifest> update(const UpdateOrder& order, const ProgressCa
 /// format.
 std::optional<proto::WorkPlan> plan_in(const std::string& store_path);
 
-/// A raster as an earlier plan found it: no need to open it again. path and trust: of now.
-raster::MosaicMember member_of(const proto::PlannedSource& source, const std::string& path, raster::Trust trust);
-
 }  // namespace cordillera::pipeline::work

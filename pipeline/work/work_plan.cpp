@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <map>
 
-#include "pipeline/build/builder.h"
 #include "pipeline/build/pilot.h"
+#include "pipeline/build/stages.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/store/content_hash.h"
 #include "pipeline/tile/chain.h"
@@ -37,10 +37,7 @@ proto::PlannedSource planned(const raster::MosaicMember& member) {
 }
 
 raster::MosaicMember member_of(const proto::PlannedSource& source) {
-  const auto side = [&](int k) { return static_cast<std::int64_t>(source.window(k)); };
-  return {source.spec().path(),    source.spec().name(), raster::Trust::operator_file,
-          source.spec().options(), source.description(), {side(0), side(1), side(2), side(3)},
-          source.state(),          source.datum()};
+  return work::member_of(source, source.spec().path(), raster::Trust::operator_file);
 }
 
 /// What tells a raster and the way in which it is read from others.
@@ -196,11 +193,9 @@ proto::Result<proto::Plan> numbers_of(const BuildRequest& request, raster::Sourc
   if (!plan.ok()) return plan;
   set_blocks(given, *plan);
   if (request.options.keep_size() == 0) return plan;
-  Workers workers(request.options.threads());
-  Builder builder(
-      *plan, workers, [&] { return open_source(request); }, {request.options.device(), request.options.memory()}, stop);
-  if (const auto ready = builder.prepare(); !ready.ok()) return ready.problem();
-  if (const auto piloted = run_pilot(builder, *plan, stop); !piloted.ok()) return piloted.problem();
+  Workshop shop(request, *plan, stop);
+  if (const auto ready = shop.builder.prepare(); !ready.ok()) return ready.problem();
+  if (const auto piloted = run_pilot(shop.builder, *plan, stop); !piloted.ok()) return piloted.problem();
   return plan;
 }
 
@@ -209,6 +204,18 @@ proto::Problem unreadable(const std::string& path, const std::string& why) {
 }
 
 }  // namespace
+
+raster::MosaicMember member_of(const proto::PlannedSource& source, const std::string& path, raster::Trust trust) {
+  const auto side = [&](int k) { return static_cast<std::int64_t>(source.window(k)); };
+  return {path,
+          source.spec().name(),
+          trust,
+          source.spec().options(),
+          source.description(),
+          {side(0), side(1), side(2), side(3)},
+          source.state(),
+          source.datum()};
+}
 
 proto::BuildOptions reading(const proto::BuildOptions& options) {
   proto::BuildOptions out;

@@ -26,6 +26,9 @@ struct PlanGiven {
 };
 inline constexpr std::int64_t kLeastBlockSamples = std::int64_t{513} * 513;
 
+/// A raster as an earlier plan found it: no need to open it again. path and trust: of now.
+raster::MosaicMember member_of(const proto::PlannedSource& source, const std::string& path, raster::Trust trust);
+
 /// Fixes numbers, tasks and keys. request.members must be set. Reads no more than a pilot (keep=) or a default error needs; with
 /// error= no pixel at all. Deterministic.
 proto::Result<proto::WorkPlan> plan_work(const BuildRequest& request, const std::atomic<bool>& stop, const PlanGiven& given = {});

@@ -70,7 +70,7 @@ Response describe_dataset(Service& service, const Request& request, const Datase
   Dataset changed = dataset;
   if (auto wrong = take(plain->query, changed)) return problem_response(*wrong);
   if (auto refused = changed.is_private ? service.gate().refuse_private() : std::nullopt) return problem_response(*refused);
-  (void)service.live().read(dataset, sender(request));  // one that is asleep could not be built
+  (void)service.live().note_read(dataset, sender(request));  // one that is asleep could not be built
   service.registry().describe(dataset.id, changed.options, changed.is_private);
   const Row now = service.registry().find(dataset.id);
   if (!now) return problem_response(unknown_to(request, dataset.id));  // deleted meanwhile

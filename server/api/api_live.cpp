@@ -186,7 +186,7 @@ Live live_dataset(Service& service, const Request& request, const Route& route) 
   live.route = parse_route(live.request.path);
   if (is_led_to(live.route)) live.answer = led_to(public_path(request, (*dataset)->id) + below + rest_of_query(asked->rest));
   if (!route.path.empty()) return live;
-  const bool comes = !request.waited && service.live().read(**dataset, sender(request));
+  const bool comes = !request.waited && service.live().note_read(**dataset, sender(request));
   const Row now = service.registry().find((*dataset)->id);  // it may have been woken
   if (comes && now && request.headers.contains("prefer")) live.answer = wait_until_read(service, request, *now, live.route);
   if (live.answer) return live;

@@ -100,7 +100,7 @@ Response create(Service& service, const Posting& posting, const Rasters& rasters
     if (!begun) return problem_response(begun.problem());
   }
   if (const auto written = write_record(upload.folder(), dataset); !written) return problem_response(written.problem());
-  if (const auto kept = upload.keep(place); !kept) return problem_response(kept.problem());
+  if (const auto kept = upload.move_to(place); !kept) return problem_response(kept.problem());
   if (!registered(service, dataset)) {
     remove_dataset_folder(service.layout(), dataset.id);
     return problem_response({"internal", "the dataset could not be registered", "trying again", ""});

@@ -54,7 +54,7 @@ Response in_dataset(Service& service, const Request& request, const Route& route
   if (!dataset || !may_see(request, *dataset)) return problem_response(unknown_to(request, route.id));
   // Of what is there now; who looks at a dataset's state does not read it.
   const bool reads_terrain = route.is(RouteRow::kTerrain) && route.version.empty();
-  if (reads_terrain && !request.waited && service.live().read(*dataset, sender(request))) {
+  if (reads_terrain && !request.waited && service.live().note_read(*dataset, sender(request))) {
     const Row now = service.find(route.id);  // it may have been woken
     if (auto later = now ? wait_until_read(service, request, *now, route) : std::nullopt) return *later;
   }

@@ -81,7 +81,7 @@ proto::Result<void> Upload::rename(const std::string& suffix) {
   return {};
 }
 
-proto::Result<void> Upload::keep(const fs::path& place) {
+proto::Result<void> Upload::move_to(const fs::path& place) {
   std::error_code error;
   const bool named = raster::sync_path(folder_);
   if (named) fs::rename(folder_, place, error);

@@ -29,7 +29,7 @@ class Upload {
   /// Another file of the folder in the raster's place; what was there is no longer looked for.
   void take(const std::string& file, const std::string& hash) { raster_ = file, hash_ = hash; }
   /// Moves the folder to its place, where it then is whatever happens to the machine.
-  proto::Result<void> keep(const std::filesystem::path& place);
+  proto::Result<void> move_to(const std::filesystem::path& place);
 
   const std::filesystem::path& folder() const { return folder_; }
   const std::string& raster() const { return raster_; }  ///< file name in the folder

@@ -107,7 +107,7 @@ bool LiveCache::is_kept(const Dataset& dataset) const {
   return !dataset.address.empty() || (is_lazy(dataset) && dataset.state != State::ready && dataset.state != State::failed);
 }
 
-bool LiveCache::read(const Dataset& dataset, const std::string& client) {
+bool LiveCache::note_read(const Dataset& dataset, const std::string& client) {
   if (!is_kept(dataset)) return false;
   const std::lock_guard lock(mutex_);
   Entry& entry = entries_[dataset.id];

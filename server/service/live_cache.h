@@ -52,7 +52,7 @@ class LiveCache {
 
   /// Somebody is about to read the dataset. Wakes it, and asks its address now and then. True: nothing is there of it yet, but it
   /// comes.
-  bool read(const Dataset& dataset, const std::string& client);
+  bool note_read(const Dataset& dataset, const std::string& client);
   bool is_asleep(const std::string& id) const;
   /// Something was made of a dataset, or it ended.
   void touch();
