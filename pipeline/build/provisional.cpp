@@ -12,10 +12,22 @@ namespace {
 
 /// Of one among several rasters, however small it is beside the others.
 constexpr std::int64_t kFewestPixels = 64;
+/// Of a raster of which a part is built: all of it is thinned out.
+constexpr double kMostPixels = 1 << 26;
 
 std::int64_t samples_at(const raster::Source& source, int level) {
   const raster::Source::Window w = source.window({level});
   return w.west > w.east || w.south > w.north ? 0 : (w.east - w.west + 1) * (w.north - w.south + 1);
+}
+
+/// How many pixels of all of the raster have the spacing of the level; none: too many beside those of the part that is built.
+std::optional<std::int64_t> pixels_at(const raster::Source& source, const proto::BuildOptions& options, int level) {
+  const std::int64_t samples = samples_at(source, level);
+  if (options.bbox_size() == 0) return samples;
+  const proto::Source& of = source.description();
+  const double across = std::max(1.0, raster::spacing(of, proto::Lattice{level}));
+  const double pixels = 1.0 * of.columns() * of.rows() / (across * across);
+  return pixels <= kMostPixels ? std::optional(std::max(samples, static_cast<std::int64_t>(pixels))) : std::nullopt;
 }
 
 /// What takes the time of a build is left out; the error asked for doubles a level upwards, as it does in the final tiles.
@@ -35,7 +47,9 @@ proto::BuildOptions quick(const proto::BuildOptions& asked, int finest, int leve
 /// The pixels that a build of the level needs, in place of all. False: a raster has none to give.
 proto::Result<bool> thin_out(BuildRequest& request, raster::Source& source, int level) {
   if (request.members.empty()) {
-    auto pixels = source.decimate(samples_at(source, level));
+    const auto wanted = pixels_at(source, request.options, level);
+    if (!wanted) return false;
+    auto pixels = source.decimate(*wanted);
     if (!pixels.ok()) return pixels.problem();
     request.decimation = std::move(*pixels);
     return request.decimation != nullptr;
@@ -43,7 +57,9 @@ proto::Result<bool> thin_out(BuildRequest& request, raster::Source& source, int 
   for (raster::MosaicMember& member : request.members) {
     auto own = raster::open_source(member.path, member.name, member.trust, member.options);
     if (!own.ok()) return own.problem();
-    auto pixels = (*own)->decimate(std::max<std::int64_t>(samples_at(**own, level), kFewestPixels));
+    const auto wanted = pixels_at(**own, member.options, level);
+    if (!wanted) return false;
+    auto pixels = (*own)->decimate(std::max(*wanted, kFewestPixels));
     if (!pixels.ok()) return pixels.problem();
     member.decimation = std::move(*pixels);
     if (member.decimation == nullptr) return false;
@@ -60,7 +76,7 @@ bool is_provisional(const BuildRequest& request) {
 proto::Result<std::optional<int>> provisional_level(const BuildRequest& request, const raster::Source& source,
                                                     std::int64_t most_samples) {
   const std::optional<int> none;
-  if (request.members.size() > kMostLookedAt || request.options.bbox_size() > 0) return none;
+  if (request.members.size() > kMostLookedAt) return none;
   const auto range = level_range(source.description(), request.options);
   if (!range.ok()) return range.problem();
   const auto [finest, coarsest] = *range;

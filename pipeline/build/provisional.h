@@ -10,8 +10,9 @@ namespace cordillera::pipeline {
 
 /// A build, in the ordinary way, of the finest level at which the raster has at most `most_samples` on the lattice and of all
 /// above it. Its store is another than the request's, for the caller to name. source: of the request; of several rasters each is
-/// opened here, once. Nothing: the request is for more than kMostLookedAt rasters, for a part (bbox) of one, for no such level,
-/// or is itself no more than kWorthwhile times as much work. Problems: those of plan_of, and of reading the pixels.
+/// opened here, once. Nothing: the request is for more than kMostLookedAt rasters, for so small a part (bbox) of one that too
+/// much would be read in vain, for no such level, or is itself no more than kWorthwhile times as much work. Problems: those of
+/// plan_of, and of reading the pixels.
 proto::Result<std::optional<BuildRequest>> provisional_request(const BuildRequest& request, raster::Source& source,
                                                                std::int64_t most_samples);
 

@@ -84,7 +84,7 @@ void JobQueue::enqueue(const std::string& id, const std::string& client) {
   }
   const bool waits = unfinished_ >= concurrency_;
   enqueue({id, client, 0});
-  if (!fresh || !waits || !job_of(*dataset).provisional() || ledger_.holds(id)) return;
+  if (!fresh || !waits || !job_of(*dataset).provisional()) return;
   boost::asio::post(looks_, [this, id] {
     try {
       look_at(id);

@@ -3,6 +3,7 @@
 
 #include "server/http/json.h"
 #include "server/jobs/job_queue.h"
+#include "server/jobs/turn.h"
 #include "server/log/log.h"
 #include "server/metrics/stage_clock.h"
 
@@ -62,6 +63,10 @@ void JobQueue::look_at(const std::string& id) {
   const auto flag = begin(id, Work::look);
   const Row dataset = flag ? registry_.find(id) : nullptr;
   if (!dataset || dataset->state != State::queued) return;
+  if (ledger_.holds(id)) {  // the rasters of the first version; what has an address has not come yet
+    const auto change = ledger_.first(id);
+    if (!change || change->source().hash().empty() || !updates::prepare(layout_, id, *change)) return;
+  }
   proto::Job job = job_of(*dataset);
   job.set_raster(dataset->raster);
   job.set_dry_run(true);

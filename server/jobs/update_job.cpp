@@ -82,6 +82,7 @@ proto::Result<proto::Manifest> build_target(const proto::Job& job, const fs::pat
   order.request.options = job.options();
   if (before) order.before = kStoreFile;
   if (job.provisional() && !before) first_look(order.request, progress, stop);
+  if (job.dry_run()) return proto::Manifest();  // that was all
   order.notes.push_back({kVersionNote, version.SerializeAsString()});
   Sharpener sharpener(".", job.lazy() ? Sharpener::Blocks::looked_at : Sharpener::Blocks::all);
   if ((job.provisional() || job.lazy()) && !before) order.request.follower = &sharpener;

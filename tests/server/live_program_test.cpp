@@ -104,6 +104,18 @@ TEST_F(LiveProgram, AKilledServerServesThemAgain) {
   EXPECT_FALSE(std::filesystem::exists(folder_of(id) / kNextProvisional));
 }
 
+// One build at a time: rasters of a dataset that can be changed are looked at while it waits for its turn, too.
+TEST_F(LiveProgram, RastersThatCanBeChangedAreShownWhileTheyWait) {
+  const std::string first = posted("&error=1"), behind = posted("&error=8&updates=1");
+  const std::string log = server_.log();
+  const auto shown = log.find("dataset " + behind + ": first tiles"),
+             begun = log.find("dataset " + behind + ": version 1 started");
+  EXPECT_NE(shown, log.npos) << log;
+  EXPECT_LT(shown, begun) << "nobody waits for another's build to see something\n" << log;
+  curl("-X DELETE " + server_.base() + "/v1/datasets/" + first);
+  ASSERT_TRUE(is_ready(behind)) << server_.log();
+}
+
 TEST_F(LiveProgram, ADeletionInTheMiddleLeavesNothing) {
   const std::string id = posted();
   EXPECT_THAT(shell("curl -q -s -m 500 -D - -X DELETE " + server_.base() + "/v1/datasets/" + id).output, HasSubstr("204"));

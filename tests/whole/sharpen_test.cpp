@@ -260,6 +260,39 @@ TEST(Provisional, tiles_with_as_many_samples_as_are_said_meet_the_blocks) {
   EXPECT_EQ(**level, static_cast<int>(plan->block_level())) << "of shares, too";
 }
 
+/// Of a part of a raster: as many pixels a degree as without a bbox, and none beside it.
+TEST(Provisional, of_a_bbox_are_that_part) {
+  const Folder folder;
+  const auto hills = [](int c, int r) { return 500 + 200 * std::sin(c / 90.0) * std::cos(r / 70.0); };
+  write(points_of(kCorner, 1400, 1100, hills), folder.path("dem.tif"));
+  pipeline::BuildRequest request;
+  request.raster_path = folder.path("dem.tif");
+  request.raster_name = "dem.tif";
+  request.options = with_error(20);
+  const double cell_deg = proto::Lattice{kCorner.level}.cell_deg();
+  const auto longitude = [&](int c) { return static_cast<double>(kCorner.west + c) * cell_deg - 180; };
+  const auto latitude = [&](int r) { return static_cast<double>(kCorner.north - r) * cell_deg - 90; };
+  for (const double side : {longitude(700), latitude(900), longitude(1300), latitude(200)}) request.options.add_bbox(side);
+  const auto source = pipeline::open_source(request);
+  ASSERT_TRUE(source.ok()) << source.problem().line();
+  auto small = pipeline::provisional_request(request, **source, 40'000);
+  ASSERT_TRUE(small.ok()) << small.problem().line();
+  ASSERT_TRUE(*small) << "a part has them, too";
+  (*small)->store_path = folder.path("provisional");
+  const std::atomic<bool> never = false;
+  const auto built = pipeline::build(**small, nullptr, never);
+  ASSERT_TRUE(built.ok()) << built.problem().line();
+  EXPECT_TRUE(built->provisional());
+  const pipeline::faces::Terrain terrain(std::move(pipeline::StoreReader::open(folder.path("provisional"))).value());
+  const int level = static_cast<int>(built->max_level());
+  for (const auto& [c, r] : {std::pair(800, 300), std::pair(1000, 500), std::pair(1200, 800)}) {
+    const auto height_m = terrain.height_m(level, longitude(c), latitude(r));
+    ASSERT_TRUE(height_m) << c << " " << r;
+    EXPECT_NEAR(*height_m, hills(c, r), 40) << c << " " << r;
+  }
+  EXPECT_FALSE(terrain.height_m(level, longitude(400), latitude(500))) << "beside the bbox";
+}
+
 /// What is looked at is made first, whatever its place in the list.
 TEST(BlockOrder, blocks_that_are_looked_at_come_first) {
   const std::vector<TileAddress> blocks{{5, 1, 1}, {5, 2, 1}, {5, 3, 1}, {5, 4, 1}};
