@@ -61,8 +61,6 @@ bool restrict_process(const proto::Job& job, const std::filesystem::path& folder
   // If the machine runs out of memory, the kernel should take the build and not the service.
   std::ofstream("/proc/self/oom_score_adj") << 500;
   const std::filesystem::path temporary = folder / kTemporaryFolder;
-  std::error_code ignored;
-  std::filesystem::create_directories(temporary, ignored);
   setenv("TMPDIR", temporary.c_str(), 1);
   setenv("GDAL_DRIVER_PATH", "disable", 1);     // no plugins: none of the drivers that are asked for is one
   setenv("HDF5_USE_FILE_LOCKING", "FALSE", 1);  // NetCDF would give up where flock() is refused; nobody else has the raster
@@ -71,6 +69,17 @@ bool restrict_process(const proto::Job& job, const std::filesystem::path& folder
   const sandbox::Confined offered = sandbox::offered(),
                           confined = sandbox::confine({folder, temporary, raster::geoid_places(), gpu});
   return (confined.files || !offered.files) && (confined.syscalls || !offered.syscalls);
+}
+
+/// A disk that fails is another matter than one that is full: a job that found no room is not tried again before there is more.
+std::optional<proto::Problem> make_temporary_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder / kTemporaryFolder, error);
+  if (!error) return std::nullopt;
+  const bool full = error == std::errc::no_space_on_device;
+  return proto::Problem{full ? "storage-full" : "store-write",
+                        "the folder for temporary files cannot be made: " + error.message(), "a writable disk with free space",
+                        ""};
 }
 
 /// False when the parent is dead: the pipe has no reader.
@@ -176,6 +185,7 @@ int job_main(const std::string& folder, int parent, std::uint32_t free_percent) 
   if (!text || !from_json(*text, &job)) return fail({"internal", "the job's description cannot be read", "", ""});
   raster::keep_free(bytes_to_leave(folder, free_percent));
   if (!have_raster(job, folder)) return fail({"internal", "the job's raster cannot be read", "", ""});
+  if (const auto missing = make_temporary_folder(folder)) return fail(*missing);
   const bool confined = restrict_process(job, std::filesystem::absolute(folder), *job.mutable_options());
   const proto::Problem starved = out_of_memory(job.options(), job.name());
   if (!confined) {
