@@ -157,7 +157,9 @@ TEST(Answers, TilesAndFilesOfTheViewerAreSharedByAllWhoReadThem) {
 TEST(Answers, ATileThatTheClientHasIsNotRead) {
   TestService test;
   const std::string id = ready_dataset(test), path = "/v1/datasets/" + id + "/tiles/0/0/0.drc";
-  pipeline::Database(test.service().layout().store(id).string(), pipeline::Database::Mode::create).execute("DELETE FROM blobs");
+  // Without a journal beside the store: what is left of the build is removed at this moment.
+  pipeline::Database(test.service().layout().store(id).string(), pipeline::Database::Mode::create)
+      .execute("PRAGMA journal_mode=MEMORY; DELETE FROM blobs");
   const std::string tag = quoted(pipeline::hex(pipeline::content_hash("drc of 0")));
   const Response same = test.get(path, {{"if-none-match", tag}});
   EXPECT_EQ(same.status, 304);

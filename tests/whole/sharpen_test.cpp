@@ -268,7 +268,7 @@ TEST(Provisional, of_a_bbox_are_that_part) {
   pipeline::BuildRequest request;
   request.raster_path = folder.path("dem.tif");
   request.raster_name = "dem.tif";
-  request.options = with_error(20);
+  request.options = with_error(4);
   const double cell_deg = proto::Lattice{kCorner.level}.cell_deg();
   const auto longitude = [&](int c) { return static_cast<double>(kCorner.west + c) * cell_deg - 180; };
   const auto latitude = [&](int r) { return static_cast<double>(kCorner.north - r) * cell_deg - 90; };
