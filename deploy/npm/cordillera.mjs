@@ -3,8 +3,9 @@
 import { spawn } from "node:child_process";
 import { fileURLToPath } from "node:url";
 
-const program = spawn(fileURLToPath(new URL("program/bin/cordillera", import.meta.url)), process.argv.slice(2), { stdio: "inherit" });
+// Before the program is there: it may have spoken before this process is heard again, and then be sent a signal.
 for (const signal of ["SIGINT", "SIGTERM", "SIGHUP"]) process.on(signal, () => program.kill(signal));
+const program = spawn(fileURLToPath(new URL("program/bin/cordillera", import.meta.url)), process.argv.slice(2), { stdio: "inherit" });
 program.on("error", (error) => {
   console.error(`cordillera: ${error.message}`);
   process.exit(1);
