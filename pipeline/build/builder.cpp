@@ -207,8 +207,7 @@ proto::Result<FinishedTask> Builder::exact_block(const proto::TileAddress& node,
   if (empty) return task;
   proto::Samples samples =
       place.empty_samples();  // not before: pages of blocks without data would take most of the time of a sparse raster
-  const auto haste = finest && finest.waits() ? Workers::Haste::somebody_waits : Workers::Haste::none;
-  if (const auto read = read_into(window, samples, haste); !read.ok()) return read.problem();
+  if (const auto read = read_into(window, samples, finest.haste()); !read.ok()) return read.problem();
   if (stop_) return kCancelled;
   if (std::all_of(samples.height.begin(), samples.height.end(), [](std::int32_t h) { return h == proto::kNoHeight; }))
     return task;

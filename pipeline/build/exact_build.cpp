@@ -104,7 +104,7 @@ class BlockBuild {
     std::vector<double> above(tiles.size());
     std::vector<std::optional<EncodedTile>> made(tiles.size());
     const bool finest = z == lattice_.finest_level, meets = finest && context.promise && pixels_within_m(plan_) > 0;
-    const auto haste = finest && team_.finest && team_.finest.waits() ? Workers::Haste::somebody_waits : Workers::Haste::none;
+    const auto haste = finest ? team_.finest.haste() : Workers::Haste::none;
     const auto finish = [&](std::size_t k, unsigned worker) {
       FinishedFinest finished;
       if (finest) {

@@ -68,6 +68,7 @@ struct FinestSink {
   std::function<bool()> waits;  ///< whether anybody does at the moment
   std::function<void(const std::vector<EncodedTile>& tiles)> take;
   explicit operator bool() const { return take != nullptr; }
+  Workers::Haste haste() const { return take && waits() ? Workers::Haste::somebody_waits : Workers::Haste::none; }
 };
 
 /// The source's pixels in a tile of the finest level, read by one of the workers.

@@ -1,6 +1,5 @@
 #include "pipeline/work/update.h"
 
-#include <algorithm>
 #include <future>
 #include <map>
 
@@ -77,7 +76,7 @@ proto::Result<std::int64_t> first_block_samples(const BuildRequest& request, con
   const auto range = level_range(source.description(), request.options);
   if (!range.ok()) return range.problem();
   const raster::Source::Window w = source.window({range->first});
-  return std::max((w.east - w.west + 1) * (w.north - w.south + 1) / kUpdateBlocks, kSmallExactSamples);
+  return samples_a_block((w.east - w.west + 1) * (w.north - w.south + 1), kUpdateBlocks, kSmallExactSamples);
 }
 
 proto::Result<proto::Manifest> update(const UpdateOrder& order, const ProgressCallback& progress, const std::atomic<bool>& stop) {

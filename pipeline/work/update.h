@@ -17,8 +17,8 @@ struct UpdateOrder {
   BuildRequest request;       ///< members are set, in order; store_path: where the version goes; an unfinished one is continued
   std::string before;         ///< the published store of the version before; empty: none, all is to be built
   std::vector<Note> notes{};  ///< for the store
-  std::int64_t least_block_samples =
-      kSmallExactSamples;  ///< of the first version: blocks of a build, which can be shown one by one
+  /// Of the blocks of the first version. So large, they can be shown one by one while they are built.
+  std::int64_t least_block_samples = kSmallExactSamples;
 };
 
 /// Blocks of the first version: so many where there are enough samples, so that a hundredth of the data touches few of them.

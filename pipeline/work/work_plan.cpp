@@ -164,7 +164,7 @@ void set_blocks(const PlanGiven& given, proto::Plan& plan) {
   if (given.block_samples > 0)
     use_smaller_blocks(plan, std::max(given.block_samples, kLeastBlockSamples));
   else if (given.blocks > 0)
-    use_smaller_blocks(plan, std::max(samples / given.blocks, given.least_block_samples));
+    use_smaller_blocks(plan, samples_a_block(samples, given.blocks, given.least_block_samples));
 }
 
 /// The numbers of an earlier plan where its rasters lie now. Where that is farther apart, coarse levels are rounded in another

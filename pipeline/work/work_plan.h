@@ -2,6 +2,7 @@
 // A build cut into tasks: blocks first, then merges level by level. Each has a key, the hash of all that its result depends on,
 // so a task that was done once, for this plan or an earlier one in the same folder, is not done again: a changed raster costs the
 // blocks that it touches and what lies above them.
+#include <algorithm>
 #include <atomic>
 #include <string>
 
@@ -25,6 +26,10 @@ struct PlanGiven {
   std::int64_t blocks = 0, least_block_samples = 0;
 };
 inline constexpr std::int64_t kLeastBlockSamples = std::int64_t{513} * 513;
+/// Finest samples that each of so many blocks may have, if none is to be smaller than `least`.
+inline std::int64_t samples_a_block(std::int64_t samples, std::int64_t blocks, std::int64_t least) {
+  return std::max(samples / blocks, least);
+}
 
 /// A raster as an earlier plan found it: no need to open it again. path and trust: of now.
 raster::MosaicMember member_of(const proto::PlannedSource& source, const std::string& path, raster::Trust trust);

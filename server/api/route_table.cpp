@@ -121,7 +121,7 @@ Response demo(Service& service, const Request&, const Route& route) {
   return demo_page(service.web_files(), service.settings().serve.web, route.path);
 }
 
-/// A row in few lines: of braces clang-format gives each field one.
+/// A row. Written in braces, each of its fields would be formatted into a line of its own.
 RouteRow table_row(std::string_view path, std::string_view name, std::string_view tag, unsigned is,
                    std::vector<RouteMethod> methods) {
   return {path, name, tag, is, std::move(methods)};

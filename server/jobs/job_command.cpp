@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <fstream>
 #include <new>
 #include <system_error>
@@ -76,7 +77,7 @@ std::optional<proto::Problem> make_temporary_folder(const std::filesystem::path&
   std::error_code error;
   std::filesystem::create_directories(folder / kTemporaryFolder, error);
   if (!error) return std::nullopt;
-  const bool full = error == std::errc::no_space_on_device;
+  const bool full = error.value() == ENOSPC || error.value() == EDQUOT;
   return proto::Problem{full ? "storage-full" : "store-write",
                         "the folder for temporary files cannot be made: " + error.message(), "a writable disk with free space",
                         ""};
