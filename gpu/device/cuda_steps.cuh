@@ -13,6 +13,7 @@
 #include <span>
 
 #include "gpu/device/device_buffer.cuh"
+#include "gpu/device/warp_lanes.cuh"
 
 namespace cordillera::gpu {
 
@@ -95,6 +96,14 @@ class CudaSteps {
   void each(std::size_t n, const F& f) {
     if (n == 0) return;
     each_kernel<<<static_cast<unsigned>((n + kStepThreads - 1) / kStepThreads), kStepThreads, 0, stream_>>>(n, f);
+    CORDILLERA_CUDA(cudaGetLastError());
+  }
+  /// f(i, lanes), with Lanes::kCount threads for each i.
+  template <class Lanes, class F>
+  void each_with(std::size_t n, const F& f) {
+    if (n == 0) return;
+    const std::size_t threads = n * Lanes::kCount;
+    lanes_kernel<Lanes><<<static_cast<unsigned>((threads + kStepThreads - 1) / kStepThreads), kStepThreads, 0, stream_>>>(n, f);
     CORDILLERA_CUDA(cudaGetLastError());
   }
   template <class F>

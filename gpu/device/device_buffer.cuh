@@ -3,9 +3,12 @@
 // failure is a DeviceLost, and the job goes on elsewhere.
 #include <cuda_runtime.h>
 
+#include <algorithm>
 #include <cstddef>
+#include <mutex>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "gpu/device/device_lost.h"
 
@@ -16,13 +19,43 @@ inline void check_cuda(cudaError_t error, const char* what) {
 }
 #define CORDILLERA_CUDA(call) ::cordillera::gpu::check_cuda((call), #call)
 
+/// To give memory back waits for all that the device does, whoever asked for it: what a buffer has grown out of is put aside,
+/// until the next one is given back or memory is short.
 struct DeviceMemory {
   static void* take(std::size_t bytes) {
     void* data = nullptr;
-    CORDILLERA_CUDA(cudaMalloc(&data, bytes));
+    cudaError_t error = cudaMalloc(&data, bytes);
+    if (error == cudaErrorMemoryAllocation && give_outgrown()) {
+      cudaGetLastError();  // not to be taken for a launch's
+      error = cudaMalloc(&data, bytes);
+    }
+    check_cuda(error, "cudaMalloc");
     return data;
   }
-  static void give(void* data) { cudaFree(data); }
+  static void give(void* data) {
+    cudaFree(data);
+    give_outgrown();
+  }
+  static void outgrow(void* data) {
+    const std::lock_guard lock(outgrown().mutex);
+    outgrown().data.push_back(data);
+  }
+
+ private:
+  struct Outgrown {
+    std::mutex mutex;
+    std::vector<void*> data;
+  };
+  static Outgrown& outgrown() {
+    static Outgrown all;
+    return all;
+  }
+  /// Whether there was any.
+  static bool give_outgrown() {
+    const std::lock_guard lock(outgrown().mutex);
+    for (void* data : outgrown().data) cudaFree(data);
+    return !std::exchange(outgrown().data, {}).empty();
+  }
 };
 
 struct PinnedMemory {
@@ -32,6 +65,7 @@ struct PinnedMemory {
     return data;
   }
   static void give(void* data) { cudaFreeHost(data); }
+  static void outgrow(void* data) { give(data); }
 };
 
 template <class T, class Memory>
@@ -44,14 +78,19 @@ class Buffer {
     std::swap(capacity_, other.capacity_);
     return *this;
   }
-  ~Buffer() { Memory::give(data_); }
+  ~Buffer() {
+    if (data_) Memory::give(data_);
+  }
 
   T* data() const { return data_; }
 
-  /// Room for count elements; what was there is lost when it must grow.
+  /// Room for count elements; what was there is lost when it must grow. What grows once has room for half as much again.
   void reserve(std::size_t count) {
     if (count <= capacity_) return;
-    Memory::give(data_);
+    if (data_) {
+      count = std::max(count, capacity_ + capacity_ / 2);
+      Memory::outgrow(data_);
+    }
     data_ = nullptr;
     capacity_ = 0;
     data_ = static_cast<T*>(Memory::take(count * sizeof(T)));

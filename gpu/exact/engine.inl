@@ -95,6 +95,7 @@ void Engine<Executor>::lay_out_blocks(std::span<const Block> blocks, const Block
     view.east = field.columns - 1;
     view.north = field.rows - 1;
     for (std::size_t side = 0; side < 4; ++side) view.sides_held |= blocks[b].sides[side] == SideKind::shared ? 1u << side : 0u;
+    view.narrowest_m = blocks[b].narrowest_m;
     view.lattice_x = static_cast<std::int32_t>(proto::modulo(blocks[b].west, lattice_period_));
     view.lattice_y = static_cast<std::int32_t>(proto::modulo(blocks[b].south, lattice_period_));
     places_[b].sample = samples_;
@@ -302,7 +303,7 @@ void Engine<Executor>::run_level(const BlockPlan& plan, std::size_t l) {
   const BlockLevel& level = plan.levels[l];
   const auto steps = [](double metres) { return static_cast<float>(metres / proto::kHeightStep_m); };
   const LevelRules rules{steps(level.tolerance_m), static_cast<float>(level.height_step), plan.tile_side << l, level.rim_reach,
-                         static_cast<float>(level.least_width)};
+                         level.rounding_m};
   executor_->each(vertices_, BeginLevel{mesh_.view(), rules.height_step});
   if (has_shared_sides_) {
     LevelRules of_sides = rules;

@@ -12,30 +12,8 @@ namespace {
 
 constexpr int kThreads = 512, kWindowsAtOnce = 2;
 
-/// The lanes of a warp.
-struct WarpLanes {
-  using Word = unsigned long long;
-  __device__ int index() const { return static_cast<int>(threadIdx.x & 31u); }
-  /// Four rows of eight.
-  __device__ int row() const { return index() / 8; }
-  __device__ int rows() const { return 4; }
-  __device__ int column() const { return index() & 7; }
-  __device__ int columns() const { return 8; }
-  __device__ std::uint64_t sum(std::uint64_t value) const {
-    for (int o = 16; o; o /= 2) value += __shfl_xor_sync(~0u, static_cast<Word>(value), o);
-    return value;
-  }
-  __device__ std::uint64_t max(std::uint64_t value) const {
-    for (int o = 16; o; o /= 2) {
-      const std::uint64_t other = __shfl_xor_sync(~0u, static_cast<Word>(value), o);
-      value = other > value ? other : value;
-    }
-    return value;
-  }
-  __device__ float max(float value) const {
-    for (int o = 16; o; o /= 2) value = fmaxf(value, __shfl_xor_sync(~0u, value, o));
-    return value;
-  }
+/// A warp, as the engine's steps ask for it.
+struct EngineLanes : WarpLanes<32, 8> {
   __device__ float coded_error(const Triangle& t, const Field& field, int sx, int sy) const {
     return coded_square_error(t, field, sx, sy, *this);
   }
@@ -45,12 +23,6 @@ struct WarpLanes {
     atomicMax(reinterpret_cast<Word*>(&to.max_bits), static_cast<Word>(sums.max_bits));
   }
 };
-
-template <class F>
-__global__ void __launch_bounds__(kStepThreads) run_kernel(std::size_t n, F f) {
-  const std::size_t i = (std::size_t{blockIdx.x} * blockDim.x + threadIdx.x) / 32;
-  if (i < n) f(i, WarpLanes{});
-}
 
 /// A place of so many columns a thread.
 template <class F>
@@ -109,9 +81,7 @@ class CudaExecutor : public CudaSteps {
   }
   template <class F>
   void each_run(std::size_t n, const F& f) {
-    if (n == 0) return;
-    run_kernel<<<static_cast<unsigned>((n * 32 + kStepThreads - 1) / kStepThreads), kStepThreads, 0, stream_>>>(n, f);
-    CORDILLERA_CUDA(cudaGetLastError());
+    each_with<EngineLanes>(n, f);
   }
   void windows(const PassView& pass, std::uint32_t count) {
     const std::size_t bytes = window_bytes(kStackLength);

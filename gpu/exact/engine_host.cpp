@@ -3,21 +3,14 @@
 #include <mutex>
 
 #include "gpu/device/host_steps.h"
+#include "gpu/device/lanes.h"
 #include "gpu/exact/engine.inl"
 #include "gpu/exact/steps/host_team.h"
 
 namespace cordillera::gpu::exact {
 namespace {
 
-/// One lane.
-struct HostLane {
-  int index() const { return 0; }
-  int row() const { return 0; }
-  int rows() const { return 1; }
-  int column() const { return 0; }
-  int columns() const { return 1; }
-  std::uint64_t sum(std::uint64_t value) const { return value; }
-  std::uint64_t max(std::uint64_t value) const { return value; }
+struct HostLane : OneLane {
   float coded_error(const Triangle& t, const Field& field, int sx, int sy) const { return eight_coded_error(t, field, sx, sy); }
   void add(ErrorSums& to, const ErrorSums& sums) const {
     __atomic_fetch_add(&to.squares, sums.squares, __ATOMIC_RELAXED);

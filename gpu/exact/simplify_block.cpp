@@ -34,7 +34,7 @@ std::optional<proto::Problem> check_level(const BlockPlan& plan, std::size_t l) 
     return invalid(at + " has a rim reach of " + std::to_string(level.rim_reach), "-1 to 12, no less than the finer level's",
                    at + ".rim_reach");
   }
-  if (!(level.least_width >= 0)) return invalid(at + " has a least width below 0", "0 or samples", at + ".least_width");
+  if (!(level.rounding_m >= 0)) return invalid(at + " has a rounding below 0", "0 or metres", at + ".rounding_m");
   if (!(level.side_tolerance_m >= 0))
     return invalid(at + " has a side tolerance below 0", "0 or metres", at + ".side_tolerance_m");
   if (l == 0) return {};

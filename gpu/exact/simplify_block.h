@@ -43,6 +43,7 @@ struct Block {
   /// so that blocks that share a side agree; empty: 0.
   std::span<const CurveRow> curve{};
   float curve_up = 0;
+  double narrowest_m = 1;  ///< across a sample, where they are narrowest: what a level's rounding is measured in
 };
 inline constexpr std::int32_t kMostSamples = 16385;  ///< each way
 inline constexpr int kMostRimReach = 12;
@@ -61,9 +62,10 @@ struct BlockLevel {
   int rim_reach = -1;
   /// On shared sides, where it is another one than inside; 0: the same. Blocks that share a side must be given the same one.
   double side_tolerance_m = 0;
-  /// Collapses leave no triangle that is narrower, in samples, than this across its longest extent: what rounding of corners may
+  /// Collapses leave no triangle that is narrower than this across its longest extent, in metres: what rounding of corners may
   /// turn over.
-  double least_width = 0;
+  double rounding_m = 0;
+  bool operator==(const BlockLevel&) const = default;
 };
 
 /// What the level above `finer` may ask at the least, with this height step.
@@ -78,6 +80,7 @@ struct BlockPlan {
   int known_reach =
       -1;  ///< of rims, for the squares that are handed out: up to 2^known_reach samples, or what the last level asks
   bool measured = true;  ///< false: errors of meshes are left out, for whoever measures them otherwise
+  bool operator==(const BlockPlan&) const = default;
 };
 
 /// A level of a block. Its triangles cover the rectangle exactly, counter-clockwise, all of positive area, none across a line
@@ -109,8 +112,9 @@ struct Ground {
   std::int64_t west = 0, south = 0;
   std::int32_t columns = 0, rows = 0;  ///< samples
   Squares squares;
-  std::span<const CurveRow> curve{};  ///< see Block
+  std::span<const CurveRow> curve{};  ///< see Block, as what follows
   float curve_up = 0;
+  double narrowest_m = 1;
 
   std::size_t across() const { return static_cast<std::size_t>((columns - 1) / 8 + 1); }
   std::size_t up() const { return static_cast<std::size_t>((rows - 1) / 8 + 1); }

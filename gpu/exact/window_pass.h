@@ -113,7 +113,7 @@ class WindowPass {
         number_(number),
         order_(pass.order + pass.first[number]),
         count_(static_cast<int>(pass.first[number + 1] - pass.first[number])),
-        w_{storage, pass.rules, block_.field.curve} {}
+        w_{storage, pass.rules.of(block_), block_.field.curve} {}
 
   CORDILLERA_HD void run() {
     load();

@@ -5,6 +5,7 @@
 
 #include "gpu/measure/surface_memory.h"
 #include "gpu/measure/surface_meter.h"
+#include "gpu/measure/tile_triangles.h"
 
 namespace cordillera::gpu {
 namespace {
@@ -36,10 +37,7 @@ struct Tally : SurfaceSums {
 class Measurement {
  public:
   Measurement(const SurfaceErrorInput& in, double limit_m, SurfaceMemory& memory)
-      : mesh_(*in.mesh), limit_m_(limit_m), meter_(in, gpu::height_range_m(*in.mesh)), rims_(*in.mesh), memory_(memory) {
-    corners_.reserve(mesh_.vertices());
-    for (std::size_t v = 0; v < mesh_.vertices(); ++v) corners_.push_back(meter_.corner(mesh_.x[v], mesh_.y[v], mesh_.height[v]));
-  }
+      : mesh_(*in.mesh), limit_m_(limit_m), meter_(in, gpu::height_range_m(*in.mesh)), triangles_(*in.mesh), memory_(memory) {}
 
   SurfaceError run() {
     if (!memory_.valid) memory_.valid = valid_in_window();
@@ -48,7 +46,7 @@ class Measurement {
     published_.assign(mesh_.vertices(), 0);
     remember();
     for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t)
-      if (is_published(t)) triangle(t);
+      if (triangles_.is_published(t)) triangle(t);
     measure_vertices();
     result_.sum_squared_m2 = sums_.squares.value_m2();
     result_.samples = saturated(sums_.summed);
@@ -71,10 +69,9 @@ class Measurement {
   void remember() {
     memory_.triangles.resize(mesh_.triangles.size());
     for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
-      if (!is_published(t)) continue;
-      const auto& v = mesh_.triangles[t];
+      if (!triangles_.is_published(t)) continue;
       SurfaceMemory::Triangle &known = memory_.triangles[t], now;
-      now.corners = points(v), now.owned = owned_edges(v);
+      now.corners = triangles_.corners(t), now.owned = triangles_.owned_edges(t, now.corners);
       if (known.corners != now.corners || known.owned != now.owned)
         known = now;
       else
@@ -82,33 +79,21 @@ class Measurement {
     }
   }
 
-  std::array<MeshPoint, 3> points(const std::array<std::uint32_t, 3>& t) const {
-    const auto point = [this](std::uint32_t v) { return MeshPoint{mesh_.x[v], mesh_.y[v], mesh_.height[v]}; };
-    return {point(t[0]), point(t[1]), point(t[2])};
-  }
-
-  unsigned owned_edges(const std::array<std::uint32_t, 3>& t) const {
-    unsigned owned = 0;
-    for (unsigned k = 0; k < 3; ++k) {
-      const unsigned n = k == 2 ? 0 : k + 1;
-      if (counts_edge(mesh_.side, corners_[t[k]], corners_[t[n]]) || rims_.contains(t[k], t[n])) owned |= 1u << k;
-    }
-    return owned;
-  }
-
-  bool is_published(std::uint32_t triangle) const { return proto::is_published(mesh_, mesh_.triangles[triangle]); }
-
   void triangle(std::uint32_t index) {
     const auto& [a, b, c] = mesh_.triangles[index];
     published_[a] = published_[b] = published_[c] = 1;
     SurfaceMemory::Triangle& known = memory_.triangles[index];
-    if (known.floor_m > std::max(result_.max_m, known.error_m)) measure({corners_[a], corners_[b], corners_[c]}, known);
+    if (known.floor_m > std::max(result_.max_m, known.error_m)) measure(known);
     result_.max_m = std::max(result_.max_m, known.error_m);
     sums_.add(known.sums);
     if (known.error_m > limit_m_) result_.over_limit.push_back({index, known.x, known.y, known.error_m});
   }
 
-  void measure(const Corner (&corners)[3], SurfaceMemory::Triangle& known) const {
+  void measure(SurfaceMemory::Triangle& known) const {
+    const auto corner = [&](std::size_t k) {
+      return meter_.corner(known.corners[k].x, known.corners[k].y, known.corners[k].height);
+    };
+    const Corner corners[3] = {corner(0), corner(1), corner(2)};
     Tally tally;
     tally.all_valid = all_valid_;
     const TriangleWorst worst = meter_.worst(meter_.triangle(corners, known.owned), limit_m_, tally, result_.max_m);
@@ -121,7 +106,7 @@ class Measurement {
 
   /// Corners count once each, whatever triangles meet there.
   void measure_vertices() {
-    for (std::size_t v = 0; v < corners_.size(); ++v) {
+    for (std::size_t v = 0; v < mesh_.vertices(); ++v) {
       const std::int32_t h = published_[v] != 0 ? meter_.window().at(mesh_.x[v], mesh_.y[v]) : proto::kNoHeight;
       if (h == proto::kNoHeight) continue;
       const double error_m = std::abs(mesh_.height[v] - static_cast<double>(h)) * proto::kHeightStep_m;
@@ -135,10 +120,9 @@ class Measurement {
   const proto::TileMesh& mesh_;
   double limit_m_;
   SurfaceMeter meter_;
-  Rims rims_;
+  TileTriangles triangles_;
   SurfaceMemory& memory_;
   bool all_valid_ = false;
-  std::vector<Corner> corners_;          ///< indexed by vertex
   std::vector<std::uint8_t> published_;  ///< indexed by vertex: in a triangle that exists
   SurfaceSums sums_;
   SurfaceError result_;

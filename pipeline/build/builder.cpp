@@ -9,6 +9,7 @@
 
 #include "gpu/device/device_lost.h"
 #include "gpu/measure/sample_frames.h"
+#include "gpu/measure/surface_memory.h"
 #include "pipeline/build/build.h"
 #include "pipeline/build/exact/exact_block.h"
 #include "pipeline/build/pixel_error.h"
@@ -34,19 +35,18 @@ int height_rounds(const proto::BuildOptions& options) {
   return options.quality() == "fast" ? -1 : options.quality() == "best" ? 2 : 0;
 }
 
-/// How many exact blocks are simplified side by side: the more, the smaller they are.
-std::size_t exact_at_once(const proto::Plan& plan, unsigned threads, std::uint32_t memory_mib) {
+/// How many exact blocks are simplified side by side, up to `most`: the more, the smaller they are.
+std::size_t exact_at_once(const proto::Plan& plan, unsigned threads, std::uint32_t memory_mib, std::size_t most) {
   if (threads <= 1) return 1;
   constexpr double kBytesOfSample = 200;  // measured: 57 on ground of which 30 % are vertices at first, 190 where 82 % are
   constexpr double kSamplesOfThread = 1 << 20, kUsualMemory = 4e9;  // so many samples, and a thread seldom waits
-  constexpr std::size_t kMost = 8;
   const double units = static_cast<double>(lattice_of(plan).tile_units(static_cast<int>(plan.block_level())));
   const double samples = std::min(units, static_cast<double>(plan.window(2)) - plan.window(0)) *
                              std::min(units, static_cast<double>(plan.window(3)) - plan.window(1)) +
                          1;
   const double by_memory = (memory_mib > 0 ? 0.75 * memory_mib * (1 << 20) : kUsualMemory) / (kBytesOfSample * samples);
   const double by_threads = 2 + threads / std::max(1.0, samples / kSamplesOfThread);
-  return std::clamp(static_cast<std::size_t>(std::min(by_memory, by_threads)), std::size_t{1}, kMost);
+  return std::clamp(static_cast<std::size_t>(std::min(by_memory, by_threads)), std::size_t{1}, most);
 }
 
 }  // namespace
@@ -67,13 +67,15 @@ Builder::Builder(const proto::Plan& plan, Workers& workers, OpenSource open, Roo
       open_(std::move(open)),
       room_(std::move(room)),
       stop_(stop),
-      exact_(workers, stop) {}
+      exact_({[this](std::size_t count, const auto& work) { workers_.each(count, [&](std::size_t k, unsigned) { work(k); }); },
+              [this](std::size_t count, const auto& work) { workers_.with_caller(count, work); }},
+             stop) {}
 
 std::size_t Builder::tasks_at_once() const {
   const unsigned threads = workers_.threads();
   if (threads <= 1) return 1;
-  if (plan_.exact()) return exact_at_once(plan_, threads, room_.memory_mib) + 1;  // one of them is read, or encoded
-  constexpr std::uint32_t kMemoryOfTask_mib = 384;                                // with its share of the threads'
+  if (plan_.exact()) return exact_.at_once() + 1;   // one of them is read, or encoded
+  constexpr std::uint32_t kMemoryOfTask_mib = 384;  // with its share of the threads'
   const std::size_t most = room_.memory_mib > 0 ? std::max(room_.memory_mib / kMemoryOfTask_mib, 1u) : SIZE_MAX;
   const std::size_t tiles = std::size_t{1} << 2 * std::min<std::uint32_t>(plan_.finest_level() - plan_.block_level(), 8);
   constexpr std::size_t kTilesOfThread = 64;  // so many in a block, and it seldom lets a thread wait
@@ -90,7 +92,10 @@ proto::Result<void> Builder::prepare() {
     sources_.push_back(source_of_tiles(plan_, std::move(*source)));
   }
   if (plan_.exact()) {
-    const auto opened = exact_.open(room_.device, exact_at_once(plan_, workers_.threads(), room_.memory_mib));
+    // Of a GPU's two, one works while the other does its part on the host.
+    const auto at_once = [&](std::size_t most) { return exact_at_once(plan_, workers_.threads(), room_.memory_mib, most); };
+    const std::size_t on_gpu = at_once(16), turns = std::min<std::size_t>(on_gpu, 2);
+    const auto opened = exact_.open(room_.device, {at_once(8), 1}, {turns, on_gpu / turns});
     if (!opened.ok() || !has_levels_above(plan_) || merged_at_once(plan_)) return opened;
   }
   return open_simplifiers();
@@ -297,7 +302,9 @@ void Builder::encode(const LevelContext& context, std::vector<BuiltTile>& tiles,
       const std::vector<raster::PixelPoint> pixels = pixels_of(lattice_, tiles[k].tile, *sources_[worker]);
       // Of tiles that do not change what finish() measured is true still.
       const bool again = encoded[k].has_value();
-      FinishedFinest finished = finish_finest(plan_, context, tiles[k], pixels, again ? Measure::always : Measure::changed);
+      gpu::SurfaceMemory memory;
+      FinishedFinest finished =
+          finish_finest(plan_, context, tiles[k], pixels, again ? Measure::always : Measure::changed, memory);
       encoded[k] = std::move(finished.tile);
       return std::move(finished.on_sides);
     });

@@ -4,7 +4,6 @@
 #include <future>
 #include <optional>
 
-#include "gpu/device/device_lost.h"
 #include "gpu/measure/sample_frames.h"
 #include "gpu/measure/surface_memory.h"
 #include "pipeline/build/pixel_error.h"
@@ -12,6 +11,7 @@
 #include "pipeline/build/tile_output.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/tile/mesh_record.h"
+#include "pipeline/tile/tile_error.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -21,7 +21,6 @@ using gpu::exact::BlockMesh;
 /// A level above its target is made again with less: where steep walls meet rounded points.
 constexpr int kMostRuns = 3;
 constexpr double kTakenOff = 1.5, kMoreCareful = 0.998;  // of what it is above; of its tolerance
-const std::string kCpu = "cpu";
 
 /// Tiles of a level, encoded, and how far the worst is above its target.
 struct EncodedLevel {
@@ -43,7 +42,7 @@ class BlockBuild {
         curve_(curve_of(plan, place_)),
         frames_(lattice_, samples),
         counts_(lattice_, samples, team.workers),
-        asked_(levels_of_block(plan, node.z, place)),
+        asked_(levels_of_block(plan, node.z)),
         keeps_squares_(place.merged_above && merged_at_once(plan)) {
     if (keeps_squares_) asked_.known_reach = most_rim_reach(plan);
   }
@@ -80,27 +79,49 @@ class BlockBuild {
     block.sides = place_.sides;
     block.curve = curve_.rows;
     block.curve_up = curve_.up;
+    block.narrowest_m = narrowest_m(plan_, place_);
     std::vector<std::future<EncodedLevel>> under_way;
     const auto take = [&](std::size_t l, BlockMesh&& mesh) {
       if (l == 0) under_way.clear();  // a lost device's
       if (keeps_squares_ && l + 1 == asked_.levels.size()) kept_.mesh = tile_mesh_of_block(mesh, block.columns - 1);
       if (l < levels.size()) return;
       const int z = lattice_.finest_level - static_cast<int>(l);
-      under_way.push_back(std::async(std::launch::async, [this, z, kept = std::move(mesh)] { return encoded(z, kept); }));
+      under_way.push_back(std::async(std::launch::async,
+                                     [this, &simplifiers, z, kept = std::move(mesh)] { return encoded(simplifiers, z, kept); }));
       share(1 - 0.5 / static_cast<double>(std::size_t{1} << std::min<std::size_t>(l, 20)));
     };
+    const auto haste =
+        team_.finest.haste() == Workers::Haste::none ? ExactSimplifiers::Haste::none : ExactSimplifiers::Haste::somebody_waits;
     const auto keep = [this](gpu::exact::Squares&& squares) { kept_.squares = std::move(squares); };
-    const auto made = simplifiers.simplify(block, asked_, take, keeps_squares_ ? ExactSimplifiers::TakeSquares(keep) : nullptr);
+    const auto made =
+        simplifiers.simplify(block, asked_, take, keeps_squares_ ? ExactSimplifiers::TakeSquares(keep) : nullptr, haste);
     for (auto& level : under_way) levels.push_back(level.get());
     return made;
   }
 
-  EncodedLevel encoded(int z, const BlockMesh& mesh) {
+  /// What a GPU knows of the tiles' triangles; nothing where none is free, or where there are so few that a call costs more than
+  /// it spares.
+  std::vector<gpu::SurfaceMemory> measured(ExactSimplifiers& simplifiers, const LevelContext& context,
+                                           const std::vector<BuiltTile>& tiles) {
+    constexpr std::size_t kWorthACall = 1 << 14;
+    std::vector<gpu::SurfaceMemory> memories(tiles.size());
+    std::vector<gpu::SurfaceErrorInput> inputs;
+    std::size_t triangles = 0;
+    for (const BuiltTile& tile : tiles) {
+      inputs.push_back(surface_input(context, tile));
+      triangles += tile.mesh.triangles.size();
+    }
+    if (triangles >= kWorthACall) simplifiers.measure(inputs, limit_of_exact_m(context), memories);
+    return memories;
+  }
+
+  EncodedLevel encoded(ExactSimplifiers& simplifiers, int z, const BlockMesh& mesh) {
     LevelContext context{&lattice_, &level_plan(plan_, z), plan_.promise(), &samples_};
     context.frames = &frames_;
     context.counts = &counts_;
     const bool handed_up = place_.merged_above && !keeps_squares_ && z <= node_.z + 1;
     std::vector<BuiltTile> tiles = tiles_of_block(plan_, place_, z, mesh, handed_up ? TileParts::whole : TileParts::published);
+    std::vector<gpu::SurfaceMemory> memories = measured(simplifiers, context, tiles);
     std::vector<double> above(tiles.size());
     std::vector<std::optional<EncodedTile>> made(tiles.size());
     const bool finest = z == lattice_.finest_level, meets = finest && context.promise && pixels_within_m(plan_) > 0;
@@ -108,14 +129,14 @@ class BlockBuild {
     const auto finish = [&](std::size_t k, unsigned worker) {
       FinishedFinest finished;
       if (finest) {
-        finished = finish_finest(plan_, context, tiles[k], team_.pixels(tiles[k].tile, worker), Measure::always);
+        finished = finish_finest(plan_, context, tiles[k], team_.pixels(tiles[k].tile, worker), Measure::always, memories[k]);
       } else {
-        gpu::SurfaceMemory memory;
-        finished.above_m = measure_exact(context, tiles[k], memory);
+        finished.above_m = measure_exact(context, tiles[k], memories[k]);
         finished.tile = encode_tile(context, tiles[k], plan_.options());
       }
       above[k] = finished.above_m;
       made[k] = std::move(finished.tile);
+      if (!meets) memories[k] = {};
       if (!handed_up && !meets) tiles[k] = {};
       return std::move(finished.on_sides);
     };
@@ -181,103 +202,6 @@ class BlockBuild {
 
 }  // namespace
 
-gpu::ParallelFor ExactSimplifiers::on_all_threads() {
-  return [this](std::size_t count, const std::function<void(std::size_t)>& work) {
-    workers_.each(count, [&](std::size_t k, unsigned) { work(k); });
-  };
-}
-
-proto::Result<void> ExactSimplifiers::open(const std::string& device, std::size_t at_once) {
-  auto simplifier = gpu::exact::make_block_simplifier(device, on_all_threads());
-  if (!simplifier.ok()) return simplifier.problem();
-  device_ = (*simplifier)->device();
-  wanted_ = device_.substr(0, device_.find(' '));  // "auto" might be the CPU the next time
-  at_once_ = at_once;
-  idle_.push_back(std::move(*simplifier));
-  return {};
-}
-
-std::string ExactSimplifiers::device() const {
-  const std::lock_guard lock(mutex_);
-  return device_ + lost_;
-}
-
-gpu::exact::Watch ExactSimplifiers::watch(const TakeLevel& take) const {
-  gpu::exact::Watch watch;
-  watch.stop = &stop_;
-  watch.level = [&take](std::size_t level, std::vector<BlockMesh>& meshes) { take(level, std::move(meshes.front())); };
-  return watch;
-}
-
-ExactSimplifiers::Turn ExactSimplifiers::begin() {
-  std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] { return in_use_ < at_once_; });
-  ++in_use_;
-  Turn turn;
-  turn.on_device = device_ != kCpu;
-  turn.alone = at_once_ == 1;
-  if (idle_.empty()) return turn;
-  turn.simplifier = std::move(idle_.back());
-  idle_.pop_back();
-  return turn;
-}
-
-void ExactSimplifiers::end(Turn turn) {
-  const std::lock_guard lock(mutex_);
-  --in_use_;
-  if (turn.simplifier && turn.on_device == (device_ != kCpu) && idle_.size() + in_use_ < at_once_)
-    idle_.push_back(std::move(turn.simplifier));
-  changed_.notify_all();
-}
-
-/// Beside others it may have had too little memory: one at a time, then, and once more. The one that fails alone is lost.
-void ExactSimplifiers::failed(const Turn& turn, const std::string& how) {
-  const std::lock_guard lock(mutex_);
-  idle_.clear();
-  at_once_ = 1;
-  if (!turn.alone) return;
-  lost_ = ", after " + device_ + " was lost: " + how;
-  wanted_ = device_ = kCpu;
-}
-
-proto::Result<void> ExactSimplifiers::call(const Work& work) {
-  for (;;) {
-    Turn turn = begin();
-    const std::shared_ptr<void> at_the_end(nullptr, [&](void*) { end(std::move(turn)); });
-    try {
-      if (!turn.simplifier) {
-        auto made = gpu::exact::make_block_simplifier(turn.on_device ? wanted_ : kCpu, on_all_threads());
-        if (!made.ok()) throw gpu::DeviceLost(made.problem().detail);
-        turn.simplifier = std::move(*made);
-      }
-      return work(*turn.simplifier);
-    } catch (const gpu::DeviceLost& lost) {
-      turn.simplifier.reset();  // its memory is free for the next
-      failed(turn, lost.what());
-    }
-  }
-}
-
-proto::Result<void> ExactSimplifiers::simplify(const gpu::exact::Block& block, const gpu::exact::BlockPlan& plan,
-                                               const TakeLevel& take, const TakeSquares& squares) {
-  gpu::exact::Watch watch = this->watch(take);
-  if (squares) {
-    watch.squares = [&squares](std::size_t, gpu::exact::Squares&& known) { squares(std::move(known)); };
-  }
-  return call([&](gpu::exact::BlockSimplifier& simplifier) -> proto::Result<void> {
-    const auto made = simplifier.simplify({&block, 1}, plan, watch);
-    return made.ok() ? proto::Result<void>() : made.problem();
-  });
-}
-
-proto::Result<void> ExactSimplifiers::simplify_above(const Above& above, const gpu::exact::BlockPlan& plan,
-                                                     const TakeLevel& take) {
-  return call([&](gpu::exact::BlockSimplifier& simplifier) -> proto::Result<void> {
-    const auto made = simplifier.simplify_above(above.ground, above.start, plan, watch(take));
-    return made.ok() ? proto::Result<void>() : made.problem();
-  });
-}
-
 proto::Result<FinishedTask> build_exact_block(const proto::Plan& plan, const proto::TileAddress& node, const BlockPlace& place,
                                               const proto::Samples& samples, ExactSimplifiers& simplifiers,
                                               const BlockReaders& team, const std::function<void(double)>& share) {
@@ -299,6 +223,7 @@ class AboveBuild {
         known_(lattice_, above_.ground) {
     above_.ground.curve = curve_.rows;
     above_.ground.curve_up = curve_.up;
+    above_.ground.narrowest_m = narrowest_m(plan_, place_);
   }
 
   proto::Result<std::vector<EncodedTile>> run(ExactSimplifiers& simplifiers) {

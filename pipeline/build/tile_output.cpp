@@ -141,10 +141,9 @@ std::optional<EncodedTile> encode_tile(const LevelContext& context, const BuiltT
 }
 
 FinishedFinest finish_finest(const proto::Plan& plan, const LevelContext& context, BuiltTile& built,
-                             const std::vector<raster::PixelPoint>& pixels, Measure measure) {
+                             const std::vector<raster::PixelPoint>& pixels, Measure measure, gpu::SurfaceMemory& memory) {
   FinishedFinest finished;
   TilePixels placed(*context.lattice, built.tile, built.mesh.side, pixels);
-  gpu::SurfaceMemory memory;
   bool changed = false;
   if (context.promise && pixels_within_m(plan) > 0) {
     MetPixels met = meet_pixels(context, built, placed, memory);

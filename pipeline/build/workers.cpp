@@ -49,6 +49,21 @@ void Workers::each(std::size_t count, const std::function<void(std::size_t, unsi
   if (loop.first) std::rethrow_exception(loop.first);
 }
 
+void Workers::with_caller(std::size_t count, const std::function<void(std::size_t)>& work) {
+  if (count == 0) return;
+  const std::function<void(std::size_t, unsigned)> any = [&](std::size_t item, unsigned) { work(item); };
+  Loop loop{any, count, Haste::none};
+  std::unique_lock lock(mutex_);
+  if (count > 1) {
+    loops_.push_back(&loop);
+    changed_.notify_all();
+  }
+  while (loop.left() > 0) do_one(loop, threads(), lock);
+  loop.ended.wait(lock, [&] { return loop.running == 0; });
+  std::erase(loops_, &loop);
+  if (loop.first) std::rethrow_exception(loop.first);
+}
+
 void Workers::run(unsigned worker) {
   std::unique_lock lock(mutex_);
   while (true) {

@@ -28,6 +28,27 @@ TEST(Workers, DoEveryItemOnce) {
   workers.each(0, [](std::size_t, unsigned) { FAIL(); });
 }
 
+/// Where all workers are busy the caller does it alone.
+TEST(Workers, ACallerTakesPart) {
+  Workers workers(2);
+  std::atomic<int> held{0};
+  std::promise<void> release;
+  const std::shared_future<void> released = release.get_future().share();
+  auto busy = std::async(std::launch::async, [&] {
+    workers.each(2, [&](std::size_t, unsigned) {
+      ++held;
+      released.wait();
+    });
+  });
+  while (held < 2) std::this_thread::yield();
+  std::vector<int> done(50);
+  workers.with_caller(done.size(), [&](std::size_t k) { ++done[k]; });
+  EXPECT_EQ(done, std::vector<int>(50, 1));
+  EXPECT_THROW(workers.with_caller(1, [](std::size_t) { throw std::runtime_error("no"); }), std::runtime_error);
+  release.set_value();
+  busy.get();
+}
+
 /// Loops of many callers share the threads, and what a worker has for itself it never has twice at a time.
 TEST(Workers, LoopsSideBySide) {
   Workers workers(4);

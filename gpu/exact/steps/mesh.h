@@ -35,6 +35,7 @@ struct BlockView {
   /// Of the rectangle that the mesh covers, in samples; the whole block, or what is left of it between hems.
   std::int32_t west = 0, east = 0, south = 0, north = 0;
   std::int32_t lattice_x = 0, lattice_y = 0;  ///< of sample (0, 0), modulo the largest tile side
+  double narrowest_m = 1;                     ///< see Block
   std::uint32_t sides_held = 0;  ///< bit per side of the rectangle (south, east, north, west): valence caps for two blocks
 
   CORDILLERA_HD std::uint32_t sides_at(int x, int y) const {
@@ -49,7 +50,14 @@ struct LevelRules {
   float height_step = 1;       ///< of vertices, a power of two
   std::int32_t tile_side = 1;  ///< samples, a power of two
   std::int32_t rim_reach = 0;  ///< see BlockLevel
-  float least_width = 0;       ///< likewise
+  double rounding_m = 0;       ///< likewise
+  float least_width = 0;       ///< the same in samples, once it is known of which block
+
+  CORDILLERA_HD LevelRules of(const BlockView& block) const {
+    LevelRules rules = *this;
+    rules.least_width = static_cast<float>(rounding_m / block.narrowest_m);
+    return rules;
+  }
 };
 
 }  // namespace cordillera::gpu::exact

@@ -148,7 +148,7 @@ Above join_blocks(const proto::Plan& plan, const std::vector<const KeptBlock*>& 
 }
 
 gpu::exact::BlockPlan levels_above(const proto::Plan& plan) {
-  gpu::exact::BlockPlan levels = levels_of_block(plan, static_cast<int>(plan.min_level()), place_above(plan));
+  gpu::exact::BlockPlan levels = levels_of_block(plan, static_cast<int>(plan.min_level()));
   const auto below = static_cast<std::ptrdiff_t>(plan.finest_level() - plan.block_level() + 1);
   levels.levels.erase(levels.levels.begin(), levels.levels.begin() + below);
   levels.tile_side <<= below;

@@ -134,19 +134,13 @@ int most_rim_reach(const proto::Plan& plan) {
   return std::clamp(std::ilogb(static_cast<double>(narrow_side(plan)) / kRimShare), -1, gpu::exact::kMostRimReach);
 }
 
-namespace {
-
-/// What a step of rounding is in samples, where they are narrowest; of two corners, against each other.
-double least_width(const proto::Lattice& lattice, const BlockPlace& place, double step_m) {
-  constexpr double kBoth = 3.5;  // each moves by up to half of the diagonal of a cube; the area by that times twice the length
+double narrowest_m(const proto::Plan& plan, const BlockPlace& place) {
+  const proto::Lattice lattice = lattice_of(plan);
   const double cos_lat = std::min(proto::row_frame(lattice, place.south).cos_lat, proto::row_frame(lattice, place.north).cos_lat);
-  return kBoth * step_m / (proto::cell_height_m(lattice, lattice.rows() / 2) * std::max(cos_lat, 0.05));
+  return proto::cell_height_m(lattice, lattice.rows() / 2) * std::max(cos_lat, 0.05);
 }
 
-}  // namespace
-
-gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, int coarsest, const BlockPlace& place) {
-  const proto::Lattice lattice = lattice_of(plan);
+gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, int coarsest) {
   const std::string& quality = plan.options().quality();
   gpu::exact::BlockPlan levels;
   levels.tile_side = proto::kTileCells;
@@ -164,7 +158,8 @@ gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, int coarsest, con
     const double target_m = std::min(level.target(), kMostTolerance_m);
     asked.tolerance_m = std::max(target_m - gpu::kGrace_m - level.ecef_step(), target_m / 2);
     asked.height_step = height_step(level);
-    asked.least_width = least_width(lattice, place, level.ecef_step());
+    constexpr double kBoth = 3.5;  // corners move by up to half of a cube's diagonal; the area by that times twice the length
+    asked.rounding_m = kBoth * level.ecef_step();
     if (!levels.levels.empty())
       asked.tolerance_m = std::max(asked.tolerance_m, least_tolerance_m(levels.levels.back(), asked.height_step));
     asked.rim_reach = levels.levels.empty() ? -1 : std::min(static_cast<int>(levels.levels.size()), most_reach);
@@ -260,9 +255,11 @@ std::vector<BuiltTile> tiles_of_block(const proto::Plan& plan, const BlockPlace&
   return tiles;
 }
 
+double limit_of_exact_m(const LevelContext& context) { return context.level->target() - gpu::kGrace_m; }
+
 double measure_exact(const LevelContext& context, BuiltTile& tile, gpu::SurfaceMemory& memory) {
   const double target_m = context.level->target();
-  tile.measured = gpu::surface_error(surface_input(context, tile), target_m - gpu::kGrace_m, memory);
+  tile.measured = gpu::surface_error(surface_input(context, tile), limit_of_exact_m(context), memory);
   tile.max_error_m = tile.measured.max_m + gpu::kGrace_m;
   const gpu::Upright upright({context.lattice, tile.tile, tile.mesh.side, context.level->ecef_step()});
   if (context.promise && (!tile.measured.over_limit.empty() || !gpu::turned_triangles(upright, tile.mesh).empty())) {

@@ -40,8 +40,9 @@ BlockCurve curve_of(const proto::Plan& plan, const BlockPlace& place);
 int most_rim_reach(const proto::Plan& plan);
 
 /// Levels finest .. coarsest, each with its target less what rounding of .glb points and other programs' trigonometry may add.
-/// Of a block at this place.
-gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, int coarsest, const BlockPlace& place);
+gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, int coarsest);
+/// See gpu::exact::Block.
+double narrowest_m(const proto::Plan& plan, const BlockPlace& place);
 
 /// Level z of a block as tiles, ordered by y then x, not measured yet: max_error_m is what the engine knows, if it says so.
 /// published: their published triangles alone, without void vertices; tiles without any are left out. whole: all of them.
@@ -52,9 +53,11 @@ std::vector<BuiltTile> tiles_of_block(const proto::Plan& plan, const BlockPlace&
 /// A block that is a whole node, void triangles too. side: of the node, units.
 proto::TileMesh tile_mesh_of_block(const gpu::exact::BlockMesh& mesh, std::int32_t side);
 
+/// What measure_exact and meet_pixels measure against.
+double limit_of_exact_m(const LevelContext& context);
 /// States the tile's error, measured against the context's samples. Where a triangle is above the target, or upside down in
 /// space, vertices are put back inside the tile first. How much of the error is above the target all the same; 0: nothing.
-/// memory: of the tile at the target less kGrace_m.
+/// memory: of the tile at that limit.
 double measure_exact(const LevelContext& context, BuiltTile& tile, gpu::SurfaceMemory& memory);
 
 /// Gives the tile of a node what the merge above it needs, see hand_up. children: whole tiles of the level below it, all four of

@@ -7,8 +7,7 @@
 //   --alone        every tile in a call of its own, instead of a level in one
 //   --sparse S     the finest level starts without what is nearer than S times the tolerance to what remains; builds do with 0.25
 //   --levels N     only so many, from the finest
-//   --errors       measures every level against all finest samples on the device, too; with --stages, what of it is work on the
-//   device
+//   --errors       measures every level against all finest samples, too, with the device's help
 //   --strategy S   waves, or cleap or sequential
 #include <atomic>
 #include <cinttypes>
@@ -21,6 +20,7 @@
 #include <thread>
 
 #include "gpu/cleap/tile_simplifier.h"
+#include "gpu/measure/batch_meter.h"
 #include "tests/bench/pyramid/pyramid.h"
 
 using namespace cordillera;
@@ -124,13 +124,11 @@ class Crew {
 void print_stages(const std::vector<proto::StageTime>& stages) {
   for (const proto::StageTime& stage : stages) std::printf(" %s %.3f ms", stage.name.c_str(), 1e3 * stage.seconds);
 }
-/// What the device itself worked on, the passes and the measuring, but not what goes to it and comes back.
+/// What the device itself worked on, the passes, but not what goes to it and comes back.
 double on_device_s(const bench::LevelFigures& level) {
   double sum_s = 0;
-  for (const auto* stages : {&level.stages, &level.measure_stages}) {
-    for (const proto::StageTime& stage : *stages)
-      sum_s += stage.name == "start" || stage.name.starts_with("pass") || stage.name == "measure" ? stage.seconds : 0;
-  }
+  for (const proto::StageTime& stage : level.stages)
+    sum_s += stage.name == "start" || stage.name.starts_with("pass") ? stage.seconds : 0;
   return sum_s;
 }
 
@@ -141,8 +139,7 @@ void print_row(const Options& options, std::string_view terrain, const bench::Le
   std::printf("#  ");
   print_stages(level.stages);
   if (options.errors) {
-    std::printf("\n#   errors in %.3f ms:", 1e3 * level.measure_s);
-    print_stages(level.measure_stages);
+    std::printf("\n#   errors in %.3f ms", 1e3 * level.measure_s);
     std::printf("; max %.3f m, RMSE %.4f m", level.max_error_m, level.rmse_m);
   }
   std::printf("\n");
@@ -176,12 +173,9 @@ int main(int argc, char** argv) {
   }
   std::unique_ptr<gpu::BatchMeter> meter;
   if (options.errors) {
-    auto made = gpu::make_batch_meter(options.device, on_crew);
-    if (!made.ok()) {
-      std::fprintf(stderr, "%s\n", made.problem().line().c_str());
-      return 1;
-    }
-    meter = std::move(*made);
+    options.run.errors = true;
+    options.run.parallel = on_crew;
+    if (auto made = gpu::make_batch_meter(options.device); made.ok()) meter = std::move(*made);
     options.run.meter = meter.get();
   }
   if (options.json) {

@@ -9,6 +9,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "gpu/measure/sample_frames.h"
+#include "gpu/measure/surface_memory.h"
 #include "pipeline/tile/border.h"
 #include "pipeline/tile/chain.h"
 #include "pipeline/tile/weld.h"
@@ -115,17 +117,19 @@ std::vector<TileMesh> simplified(gpu::Simplifier& simplifier, std::span<const gp
 }
 
 /// Of all tiles of a level, the fastest of some times.
-void measure_level(const std::map<TileAddress, TileMesh>& meshes, const PyramidRun& run, LevelFigures& level) {
-  std::vector<gpu::TileSurface> tiles;
-  for (const auto& [tile, mesh] : meshes) tiles.push_back({tile, &mesh});
-  std::vector<gpu::SurfaceError> errors;
+void measure_level(const std::map<TileAddress, TileMesh>& meshes, const proto::Lattice& lattice, const proto::Samples& truth,
+                   const PyramidRun& run, LevelFigures& level) {
+  const gpu::SampleFrames frames(lattice, truth);
+  std::vector<gpu::SurfaceErrorInput> tiles;
+  for (const auto& [tile, mesh] : meshes) tiles.push_back({&lattice, tile, &mesh, &truth, 1.0 / 256, &frames});
+  std::vector<gpu::SurfaceError> errors(tiles.size());
   for (int k = 0; k < run.repeats; ++k) {
     const double begin = seconds();
-    errors = run.meter->measure(tiles);
+    std::vector<gpu::SurfaceMemory> memories(tiles.size());
+    if (run.meter) run.meter->measure(tiles, INFINITY, memories);
+    run.parallel(tiles.size(), [&](std::size_t t) { errors[t] = gpu::surface_error(tiles[t], INFINITY, memories[t]); });
     const double took = seconds() - begin;
-    if (k > 0 && took >= level.measure_s) continue;
-    level.measure_s = took;
-    level.measure_stages.assign(run.meter->stages().begin(), run.meter->stages().end());
+    if (k == 0 || took < level.measure_s) level.measure_s = took;
   }
   double squares_m2 = 0, samples = 0;
   for (const gpu::SurfaceError& error : errors) {
@@ -145,10 +149,7 @@ std::vector<LevelFigures> run_pyramid(Terrain kind, int across, float tolerance_
   std::map<TileAddress, TileMesh> below;
   std::vector<LevelFigures> figures;
   proto::Samples samples;
-  if (run.meter) {
-    samples = pyramid.samples();
-    run.meter->keep(pyramid.lattice, samples, 1.0 / 256);
-  }
+  if (run.errors) samples = pyramid.samples();
   for (int z = kFinest; z >= top && kFinest - z < run.levels; --z) {
     LevelFigures level;
     level.level = z;
@@ -205,7 +206,7 @@ std::vector<LevelFigures> run_pyramid(Terrain kind, int across, float tolerance_
       level.triangles += meshes[k].triangles.size();
       below.emplace(tile, std::move(meshes[k++]));
     }
-    if (run.meter) measure_level(below, run, level);
+    if (run.errors) measure_level(below, pyramid.lattice, samples, run, level);
     figures.push_back(level);
   }
   return figures;

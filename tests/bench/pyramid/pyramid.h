@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "gpu/measure/batch_meter.h"
 #include "gpu/simplify.h"
-#include "tests/bench/batch_meter/surface_error_batch.h"
 #include "tests/bench/pyramid/terrain.h"
 
 namespace cordillera::bench {
@@ -16,7 +16,6 @@ struct LevelFigures {
   double prepare_s = 0, simplify_s = 0;
   std::vector<proto::StageTime> stages;  ///< of simplify_s
   double measure_s = 0;                  ///< true errors of all its tiles; 0: not asked for
-  std::vector<proto::StageTime> measure_stages;
   double max_error_m = 0, rmse_m = 0;
   std::uint64_t hash = 0;  ///< FNV-1a over tiles, positions, heights, marks and triangles, in order
 };
@@ -27,7 +26,9 @@ struct PyramidRun {
   int levels = 99;     ///< at most, from the finest
   float start_share =
       0;  ///< of the tolerance, for what the finest level's sparse start may leave out; 0: it starts from all samples
-  gpu::BatchMeter* meter = nullptr;  ///< measures every level against all finest samples, as often
+  bool errors = false;                                   ///< every level is measured against all finest samples, as often
+  gpu::BatchMeter* meter = nullptr;                      ///< a GPU that helps with it
+  gpu::ParallelFor parallel = gpu::one_after_the_other;  ///< of what the host measures
 };
 
 /// across x across finest tiles (a power of two) around 46 N 7 E, tolerance_m at the finest level doubling upwards, down to one

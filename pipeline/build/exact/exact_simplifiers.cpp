@@ -1,0 +1,215 @@
+#include "pipeline/build/exact/exact_simplifiers.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "gpu/device/device_lost.h"
+#include "gpu/measure/surface_memory.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+const std::string kCpu = "cpu";
+
+}  // namespace
+
+proto::Result<std::unique_ptr<gpu::exact::BlockSimplifier>> ExactSimplifiers::make_simplifier(const std::string& device) const {
+  return gpu::exact::make_block_simplifier(device, device == kCpu ? loops_.on_threads : loops_.with_caller);
+}
+
+proto::Result<void> ExactSimplifiers::open(const std::string& device, Room on_cpu, Room on_gpu) {
+  auto simplifier = make_simplifier(device);
+  if (simplifier.ok() && (*simplifier)->device() == kCpu) simplifier = make_simplifier(kCpu);  // "auto" did not know
+  if (!simplifier.ok()) return simplifier.problem();
+  device_ = (*simplifier)->device();
+  wanted_ = device_.substr(0, device_.find(' '));  // "auto" might be the CPU the next time
+  room_ = device_ == kCpu ? on_cpu : on_gpu;
+  idle_.push_back(std::move(*simplifier));
+  return {};
+}
+
+std::size_t ExactSimplifiers::at_once() const {
+  const std::lock_guard lock(mutex_);
+  return room_.turns * room_.together;
+}
+
+std::size_t ExactSimplifiers::waiting() const {
+  const std::lock_guard lock(mutex_);
+  return asked_.size();
+}
+
+std::string ExactSimplifiers::device() const {
+  const std::lock_guard lock(mutex_);
+  return device_ + lost_;
+}
+
+std::optional<ExactSimplifiers::Turn> ExactSimplifiers::begin(Asked* asked) {
+  std::unique_lock lock(mutex_);
+  const auto has_room = [&] {
+    if (asked && asked->haste == Haste::somebody_waits && room_.turns > 1) return in_use_ < room_.turns + 1;
+    // While another works, half as many as may go together are waited for.
+    return in_use_ == 0 || (in_use_ < room_.turns && (!asked || 2 * asked_.size() >= room_.together));
+  };
+  const auto is = [&](Asked::State state) { return asked && asked->state == state; };
+  changed_.wait(lock, [&] { return is(Asked::State::done) || (!is(Asked::State::under_way) && has_room()); });
+  if (is(Asked::State::done)) return std::nullopt;
+  if (asked) {
+    asked->state = Asked::State::under_way;
+    std::erase(asked_, asked);
+  }
+  ++in_use_;
+  Turn turn;
+  turn.on_device = device_ != kCpu;
+  turn.alone = room_.turns == 1 && room_.together == 1;
+  if (!idle_.empty()) {
+    turn.simplifier = std::move(idle_.back());
+    idle_.pop_back();
+  }
+  return turn;
+}
+
+void ExactSimplifiers::end(Turn turn) {
+  const std::lock_guard lock(mutex_);
+  --in_use_;
+  if (turn.simplifier && turn.on_device == (device_ != kCpu) && idle_.size() + in_use_ < room_.turns)
+    idle_.push_back(std::move(turn.simplifier));
+  changed_.notify_all();
+}
+
+/// Beside others it may have had too little memory: one block at a time, then, and once more. The one that fails alone is lost.
+void ExactSimplifiers::failed(const Turn& turn, const std::string& how) {
+  const std::lock_guard lock(mutex_);
+  idle_.clear();
+  drop_meters();
+  room_ = {1, 1};
+  if (!turn.alone) return;
+  lost_ = ", after " + device_ + " was lost: " + how;
+  wanted_ = device_ = kCpu;
+}
+
+std::optional<proto::Result<void>> ExactSimplifiers::call(const Work& work, Asked* asked) {
+  for (;;) {
+    std::optional<Turn> turn = begin(asked);
+    if (!turn) return std::nullopt;
+    const std::shared_ptr<void> at_the_end(nullptr, [&](void*) { end(std::move(*turn)); });
+    try {
+      if (!turn->simplifier) {
+        auto made = make_simplifier(turn->on_device ? wanted_ : kCpu);
+        if (!made.ok()) throw gpu::DeviceLost(made.problem().detail);
+        turn->simplifier = std::move(*made);
+      }
+      return work(*turn->simplifier);
+    } catch (const gpu::DeviceLost& lost) {
+      turn->simplifier.reset();  // its memory is free for the next
+      failed(*turn, lost.what());
+      const std::lock_guard lock(mutex_);
+      if (asked) asked->state = Asked::State::waits;
+    }
+  }
+}
+
+/// What waits and can go with it: it is under way from now on.
+std::vector<ExactSimplifiers::Asked*> ExactSimplifiers::those_like(Asked& first) {
+  const std::lock_guard lock(mutex_);
+  std::vector<Asked*> together{&first};
+  for (Asked* other : asked_) {
+    if (together.size() >= room_.together) break;
+    if (other->state == Asked::State::waits && other->haste == first.haste && other->plan == first.plan &&
+        (other->squares == nullptr) == (first.squares == nullptr))
+      together.push_back(other);
+  }
+  for (Asked* one : together) one->state = Asked::State::under_way;
+  std::erase_if(asked_, [](const Asked* one) { return one->state == Asked::State::under_way; });
+  return together;
+}
+
+proto::Result<void> ExactSimplifiers::simplify_together(gpu::exact::BlockSimplifier& simplifier, Asked& first) {
+  const std::vector<Asked*> together = those_like(first);
+  std::vector<gpu::exact::Block> blocks;
+  for (const Asked* one : together) blocks.push_back(one->block);
+  gpu::exact::Watch watch;
+  watch.stop = &stop_;
+  watch.level = [&](std::size_t level, std::vector<gpu::exact::BlockMesh>& meshes) {
+    for (std::size_t b = 0; b < together.size(); ++b) together[b]->take(level, std::move(meshes[b]));
+  };
+  if (first.squares) watch.squares = [&](std::size_t b, gpu::exact::Squares&& known) { together[b]->squares(std::move(known)); };
+  const auto give_to_others = [&](const auto& give) {
+    const std::lock_guard lock(mutex_);
+    for (Asked* one : together) {
+      if (one != &first) give(*one);
+    }
+    changed_.notify_all();
+  };
+  try {
+    const auto made = simplifier.simplify(blocks, first.plan, watch);
+    const proto::Result<void> result = made.ok() ? proto::Result<void>() : made.problem();
+    give_to_others([&](Asked& one) { one.made = result, one.state = Asked::State::done; });
+    return result;
+  } catch (const gpu::DeviceLost&) {
+    give_to_others([&](Asked& one) { one.state = Asked::State::waits, asked_.push_back(&one); });
+    throw;
+  } catch (...) {
+    give_to_others([&](Asked& one) { one.thrown = std::current_exception(), one.state = Asked::State::done; });
+    throw;
+  }
+}
+
+proto::Result<void> ExactSimplifiers::simplify(const gpu::exact::Block& block, const gpu::exact::BlockPlan& plan,
+                                               const TakeLevel& take, const TakeSquares& squares, Haste haste) {
+  Asked asked{block, plan, take, squares, haste};
+  {
+    const std::lock_guard lock(mutex_);
+    asked_.push_back(&asked);
+    changed_.notify_all();  // there may be enough of them now
+  }
+  const std::shared_ptr<void> at_the_end(nullptr, [&](void*) {
+    const std::lock_guard lock(mutex_);
+    std::erase(asked_, &asked);
+  });
+  const auto made = call([&](gpu::exact::BlockSimplifier& simplifier) { return simplify_together(simplifier, asked); }, &asked);
+  if (made) return *made;
+  if (asked.thrown) std::rethrow_exception(asked.thrown);
+  return *asked.made;
+}
+
+proto::Result<void> ExactSimplifiers::simplify_above(const Above& above, const gpu::exact::BlockPlan& plan,
+                                                     const TakeLevel& take) {
+  gpu::exact::Watch watch;
+  watch.stop = &stop_;
+  watch.level = [&](std::size_t level, std::vector<gpu::exact::BlockMesh>& meshes) { take(level, std::move(meshes.front())); };
+  const Work work = [&](gpu::exact::BlockSimplifier& simplifier) -> proto::Result<void> {
+    const auto made = simplifier.simplify_above(above.ground, above.start, plan, watch);
+    return made.ok() ? proto::Result<void>() : made.problem();
+  };
+  return *call(work, nullptr);
+}
+
+void ExactSimplifiers::measure(std::span<const gpu::SurfaceErrorInput> tiles, double limit_m,
+                               std::span<gpu::SurfaceMemory> memories) {
+  std::unique_ptr<gpu::BatchMeter> meter;
+  std::string device;
+  {
+    const std::lock_guard lock(mutex_);
+    if (wanted_ == kCpu || meters_in_use_ >= most_meters_) return;
+    ++meters_in_use_;
+    device = wanted_;
+    if (!idle_meters_.empty()) {
+      meter = std::move(idle_meters_.back());
+      idle_meters_.pop_back();
+    }
+  }
+  bool works = false;
+  try {
+    if (!meter) {
+      if (auto made = gpu::make_batch_meter(device); made.ok()) meter = std::move(*made);
+    }
+    if (meter) meter->measure(tiles, limit_m, memories);
+    works = meter != nullptr;
+  } catch (const gpu::DeviceLost&) {}
+  const std::lock_guard lock(mutex_);
+  --meters_in_use_;
+  if (!works) drop_meters();
+  if (works && most_meters_ > 0) idle_meters_.push_back(std::move(meter));
+}
+
+}  // namespace cordillera::pipeline
