@@ -60,21 +60,12 @@ class Earth {
 
   // Between lattice vertices by the addition theorems from the vertex to the south-west: no library function of the fraction.
   SurfacePoint place(PlanPoint p) const {
-    const double column = std::floor(p.x), row = std::floor(p.y);
+    const double column = std::floor(p.x);
     const proto::ColumnFrame c = columns_.at(west_ + static_cast<std::int64_t>(column));
-    const proto::RowFrame r = rows_.at(south_ + static_cast<std::int64_t>(row));
-    proto::ColumnFrame here_c;
-    proto::RowFrame here_r = r;
-    turn(c.sin_lon, c.cos_lon, (p.x - column) * cell_rad_, here_c.sin_lon, here_c.cos_lon);
-    if (p.y > row) {
-      turn(r.sin_lat, r.cos_lat, (p.y - row) * cell_rad_, here_r.sin_lat, here_r.cos_lat);
-      const double e2 = proto::kFlattening * (2 - proto::kFlattening);
-      const double n = proto::kSemiMajor_m / std::sqrt(1 - e2 * here_r.sin_lat * here_r.sin_lat);
-      here_r.radius_m = n * here_r.cos_lat;
-      here_r.axis_m = n * (1 - e2) * here_r.sin_lat;
-    }
-    const double tan_lat = std::abs(here_r.sin_lat) / std::max(here_r.cos_lat, 1e-6);
-    return {proto::ecef(here_r, here_c, 0), proto::normal(here_r, here_c), tan_lat};
+    proto::ColumnFrame here;
+    turn(c.sin_lon, c.cos_lon, (p.x - column) * cell_rad_, here.sin_lon, here.cos_lon);
+    if (p.y != parallel_.y) parallel_ = parallel_at(p.y);
+    return {proto::ecef(parallel_.row, here, 0), proto::normal(parallel_.row, here), parallel_.tan_lat};
   }
 
   Spot at(const gpu::MeshPoint& p) const {
@@ -84,6 +75,27 @@ class Earth {
 
  private:
   static constexpr double kPi = 3.14159265358979323846;
+
+  /// Places of a raster in degrees come parallel by parallel.
+  struct Parallel {
+    double y = NAN;
+    proto::RowFrame row;
+    double tan_lat = 0;
+  };
+  Parallel parallel_at(double y) const {
+    const double row = std::floor(y);
+    const proto::RowFrame r = rows_.at(south_ + static_cast<std::int64_t>(row));
+    Parallel here{y, r};
+    if (y > row) {
+      turn(r.sin_lat, r.cos_lat, (y - row) * cell_rad_, here.row.sin_lat, here.row.cos_lat);
+      const double e2 = proto::kFlattening * (2 - proto::kFlattening);
+      const double n = proto::kSemiMajor_m / std::sqrt(1 - e2 * here.row.sin_lat * here.row.sin_lat);
+      here.row.radius_m = n * here.row.cos_lat;
+      here.row.axis_m = n * (1 - e2) * here.row.sin_lat;
+    }
+    here.tan_lat = std::abs(here.row.sin_lat) / std::max(here.row.cos_lat, 1e-6);
+    return here;
+  }
 
   // a + d for d of at most one cell (0.013 rad at the coarsest lattice): the series ends below 1e-16.
   static void turn(double sin_a, double cos_a, double d, double& sin_sum, double& cos_sum) {
@@ -98,6 +110,7 @@ class Earth {
   double cell_rad_;
   RememberedFrames<proto::RowFrame> rows_;
   RememberedFrames<proto::ColumnFrame> columns_;
+  mutable Parallel parallel_;
 };
 
 }  // namespace cordillera::pipeline

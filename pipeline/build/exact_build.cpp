@@ -100,7 +100,7 @@ class BlockBuild {
   }
 
   /// What a GPU knows of the tiles' triangles; nothing where none is free, or where there are so few that a call costs more than
-  /// it spares.
+  /// it spares. Nor where somebody waits: all threads are there sooner.
   std::vector<gpu::SurfaceMemory> measured(ExactSimplifiers& simplifiers, const LevelContext& context,
                                            const std::vector<BuiltTile>& tiles) {
     constexpr std::size_t kWorthACall = 1 << 14;
@@ -111,7 +111,8 @@ class BlockBuild {
       inputs.push_back(surface_input(context, tile));
       triangles += tile.mesh.triangles.size();
     }
-    if (triangles >= kWorthACall) simplifiers.measure(inputs, limit_of_exact_m(context), memories);
+    if (triangles >= kWorthACall && team_.finest.haste() == Workers::Haste::none)
+      simplifiers.measure(inputs, limit_of_exact_m(context), memories);
     return memories;
   }
 

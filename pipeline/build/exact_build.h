@@ -16,7 +16,7 @@ namespace cordillera::pipeline {
 
 /// Who wants the tiles of a block's finest level as soon as these are done; nobody, if empty.
 struct FinestSink {
-  std::function<bool()> waits;  ///< whether anybody does at the moment
+  std::function<bool()> waits;  ///< whether anybody does at the moment; of what is made because somebody looked, always
   std::function<void(const std::vector<EncodedTile>& tiles)> take;
   explicit operator bool() const { return take != nullptr; }
   Workers::Haste haste() const { return take && waits() ? Workers::Haste::somebody_waits : Workers::Haste::none; }

@@ -131,7 +131,7 @@ proto::Result<void> build_blocks(const Site& site, const std::vector<proto::Tile
     const auto tell = done.of(samples_of(site.plan, node));
     FinestSink finest;
     if (BlockFollower* const follower = site.follower) {
-      finest.waits = [=] { return follower->waits_for_finest(node); };
+      finest.waits = [=] { return follower->lazy() || follower->waits_for_finest(node); };
       finest.take = [=](const std::vector<EncodedTile>& tiles) { follower->take_finest(node, tiles); };
     }
     auto task = site.shop.builder.block(node, tell, finest);

@@ -46,7 +46,7 @@ std::string ExactSimplifiers::device() const {
 std::optional<ExactSimplifiers::Turn> ExactSimplifiers::begin(Asked* asked) {
   std::unique_lock lock(mutex_);
   const auto has_room = [&] {
-    if (asked && asked->haste == Haste::somebody_waits && room_.turns > 1) return in_use_ < room_.turns + 1;
+    if (asked && asked->haste == Haste::somebody_waits) return in_use_ < most_in_use();
     // While another works, half as many as may go together are waited for.
     return in_use_ == 0 || (in_use_ < room_.turns && (!asked || 2 * asked_.size() >= room_.together));
   };
@@ -71,7 +71,7 @@ std::optional<ExactSimplifiers::Turn> ExactSimplifiers::begin(Asked* asked) {
 void ExactSimplifiers::end(Turn turn) {
   const std::lock_guard lock(mutex_);
   --in_use_;
-  if (turn.simplifier && turn.on_device == (device_ != kCpu) && idle_.size() + in_use_ < room_.turns)
+  if (turn.simplifier && turn.on_device == (device_ != kCpu) && idle_.size() + in_use_ < most_in_use())
     idle_.push_back(std::move(turn.simplifier));
   changed_.notify_all();
 }
@@ -113,7 +113,7 @@ std::vector<ExactSimplifiers::Asked*> ExactSimplifiers::those_like(Asked& first)
   const std::lock_guard lock(mutex_);
   std::vector<Asked*> together{&first};
   for (Asked* other : asked_) {
-    if (together.size() >= room_.together) break;
+    if (together.size() >= room_.together || first.haste == Haste::somebody_waits) break;
     if (other->state == Asked::State::waits && other->haste == first.haste && other->plan == first.plan &&
         (other->squares == nullptr) == (first.squares == nullptr))
       together.push_back(other);

@@ -1,5 +1,6 @@
 #pragma once
 // Who simplifies exact blocks: a device, and the CPU, which steps in when the device is lost.
+#include <algorithm>
 #include <atomic>
 #include <condition_variable>
 #include <exception>
@@ -70,6 +71,8 @@ class ExactSimplifiers {
   };
   /// On the device; where it is lost, on the CPU. asked: whom it is for, may be null; none: another call made that.
   std::optional<proto::Result<void>> call(const Work& work, Asked* asked);
+  /// A block that somebody waits for goes alone, for its finest level is there sooner, and takes a turn beside the others'.
+  std::size_t most_in_use() const { return std::max(room_.turns, room_.together); }
   /// Waits until there is room for one more; none: what was asked is done.
   std::optional<Turn> begin(Asked* asked);
   void end(Turn turn);
