@@ -199,6 +199,12 @@ void ExactSimplifiers::measure(std::span<const gpu::SurfaceErrorInput> tiles, do
     }
   }
   bool works = false;
+  const std::shared_ptr<void> at_the_end(nullptr, [&](void*) {
+    const std::lock_guard lock(mutex_);
+    --meters_in_use_;
+    if (!works) drop_meters();
+    if (works && most_meters_ > 0) idle_meters_.push_back(std::move(meter));
+  });
   try {
     if (!meter) {
       if (auto made = gpu::make_batch_meter(device); made.ok()) meter = std::move(*made);
@@ -206,10 +212,6 @@ void ExactSimplifiers::measure(std::span<const gpu::SurfaceErrorInput> tiles, do
     if (meter) meter->measure(tiles, limit_m, memories);
     works = meter != nullptr;
   } catch (const gpu::DeviceLost&) {}
-  const std::lock_guard lock(mutex_);
-  --meters_in_use_;
-  if (!works) drop_meters();
-  if (works && most_meters_ > 0) idle_meters_.push_back(std::move(meter));
 }
 
 }  // namespace cordillera::pipeline
