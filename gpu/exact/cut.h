@@ -25,13 +25,22 @@ CORDILLERA_HD inline void add_one(std::uint32_t* at) {
 #endif
 }
 
+/// Bits of a bin's number along one axis, with room for the shift of a pass.
+CORDILLERA_HD inline int bin_bits_of(const Field& field, int bin_shift) {
+  const int bins = (field.columns > field.rows ? field.columns : field.rows) >> bin_shift;
+  int bits = 1;
+  while (bins + 1 + (1 << bits) / 3 > 1 << bits) ++bits;
+  return bits;
+}
+
 struct CutView {
   MeshView mesh;
+  const BlockView* views = nullptr;             ///< indexed by block; for shift()
   const std::uint32_t* first_vertex = nullptr;  ///< indexed by block; one more at the end
   std::uint32_t blocks = 0;
-  int bits = 0;  ///< of a block's bins, a way
+  int bits = 0;  ///< of the bins of the largest block, a way
   int bin_shift = kBinShift;
-  std::uint32_t shift = 0;          ///< of the squares, in bins: seams of one pass lie inside windows of the next
+  int pass = 0;
   std::uint32_t* bin = nullptr;     ///< indexed by vertex
   std::uint32_t* count = nullptr;   ///< indexed by bin, one more at the end; later 1 where a window starts
   std::uint32_t* first = nullptr;   ///< indexed by bin, one more at the end: vertices before
@@ -50,7 +59,13 @@ struct CutView {
     return low;
   }
   CORDILLERA_HD std::uint32_t bins() const { return blocks << 2 * bits; }
-  /// Room of a window: a rule of the block alone.
+  /// Of a block's squares, in bins: seams of one pass lie inside windows of the next. Thirds of every square: no seam of one pass
+  /// is a seam of another. A rule of the block alone.
+  CORDILLERA_HD std::uint32_t shift(std::uint32_t b) const {
+    const std::uint32_t third = (1u << bin_bits_of(views[b].field, bin_shift)) / 3;
+    return pass == 0 ? 0 : pass == 1 ? third : third / 2;
+  }
+  /// Room of a window: likewise.
   CORDILLERA_HD std::uint32_t capacity(std::uint32_t block) const {
     const std::uint32_t wanted = (first_vertex[block + 1] - first_vertex[block]) / kWindowsWanted & ~3u;
     return wanted < kSmallestWindow ? kSmallestWindow : wanted > kWindowCapacity ? kWindowCapacity : wanted;
@@ -61,10 +76,10 @@ struct SortIntoBins {
   CutView cut;
   CORDILLERA_HD void operator()(std::size_t i) const {
     const auto v = static_cast<std::uint32_t>(i);
-    const std::uint32_t position = cut.mesh.position[v];
-    const std::uint32_t x = (static_cast<std::uint32_t>(position_x(position)) >> cut.bin_shift) + cut.shift;
-    const std::uint32_t y = (static_cast<std::uint32_t>(position_y(position)) >> cut.bin_shift) + cut.shift;
-    cut.bin[v] = cut.block_of(v) << 2 * cut.bits | spread_bits(y) << 1 | spread_bits(x);
+    const std::uint32_t position = cut.mesh.position[v], block = cut.block_of(v), shift = cut.shift(block);
+    const std::uint32_t x = (static_cast<std::uint32_t>(position_x(position)) >> cut.bin_shift) + shift;
+    const std::uint32_t y = (static_cast<std::uint32_t>(position_y(position)) >> cut.bin_shift) + shift;
+    cut.bin[v] = block << 2 * cut.bits | spread_bits(y) << 1 | spread_bits(x);
     add_one(cut.count + cut.bin[v]);
   }
 };

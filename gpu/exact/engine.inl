@@ -122,13 +122,10 @@ void Engine<Executor>::lay_out_blocks(std::span<const Block> blocks, const Block
   }
 }
 
-/// Bits of a bin's number along one axis, with room for the shift of a pass.
 template <class Executor>
 void Engine<Executor>::choose_bin_bits() {
-  int most_bins = 1;
-  for (const BlockView& view : blocks_)
-    most_bins = std::max({most_bins, view.field.columns >> bin_shift_, view.field.rows >> bin_shift_});
-  for (bin_bits_ = 1; most_bins + 1 + (1 << bin_bits_) / 3 > 1 << bin_bits_;) ++bin_bits_;
+  bin_bits_ = 1;
+  for (const BlockView& view : blocks_) bin_bits_ = std::max(bin_bits_, bin_bits_of(view.field, bin_shift_));
 }
 
 template <class Executor>
@@ -351,9 +348,8 @@ CutView Engine<Executor>::finder() const {
 template <class Executor>
 std::uint32_t Engine<Executor>::cut(int pass) {
   CutView cut = finder();
-  // Thirds of every square: no seam of one pass is a seam of another.
-  const std::uint32_t third = (1u << bin_bits_) / 3;
-  cut.shift = pass == 0 ? 0 : pass == 1 ? third : third / 2;
+  cut.views = block_array_.data();
+  cut.pass = pass;
   const std::size_t bins = cut.bins();
   for (auto* array : {&bin_count_, &bin_first_, &bin_start_, &bin_number_}) array->reserve(bins + 1);
   cut.bin = bin_.data();

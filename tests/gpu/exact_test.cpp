@@ -49,11 +49,12 @@ INSTANTIATE_TEST_SUITE_P(Sizes, ExactLaws,
                          });
 
 TEST(Exact, ThreadsAndCompanyDoNotShow) {
-  const proto::Samples one = made_samples("alpine", {0, 0, 257, 257}), two = made_samples("islands", {256, 0, 193, 257});
-  const Block blocks[] = {whole(one), whole(two)};
+  const proto::Samples one = made_samples("alpine", {0, 0, 257, 257}), two = made_samples("islands", {256, 0, 193, 257}),
+                       small = made_samples("rolling", {640, -320, 97, 65});
+  const Block blocks[] = {whole(one), whole(two), whole(small)};
   const BlockPlan plan = plan_of(4, 3, 64);
   const auto together = simplified(blocks, plan, three_threads());
-  for (std::size_t b = 0; b < 2; ++b) {
+  for (std::size_t b = 0; b < 3; ++b) {
     const auto alone = simplified({&blocks[b], 1}, plan);
     EXPECT_EQ(hash_of(together[b], blocks[b], plan), hash_of(alone[0], blocks[b], plan));
     EXPECT_EQ(together[b][0].rmse_m, alone[0][0].rmse_m);
