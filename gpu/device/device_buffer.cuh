@@ -15,7 +15,9 @@
 namespace cordillera::gpu {
 
 inline void check_cuda(cudaError_t error, const char* what) {
-  if (error != cudaSuccess) throw DeviceLost(std::string(what) + ": " + cudaGetErrorString(error));
+  if (error == cudaSuccess) return;
+  cudaGetLastError();  // not to be taken for that of a launch, when this thread tries again
+  throw DeviceLost(std::string(what) + ": " + cudaGetErrorString(error));
 }
 #define CORDILLERA_CUDA(call) ::cordillera::gpu::check_cuda((call), #call)
 
