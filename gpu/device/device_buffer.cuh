@@ -86,20 +86,28 @@ class Buffer {
 
   T* data() const { return data_; }
 
-  /// Room for count elements; what was there is lost when it must grow. What grows once has room for half as much again.
+  /// Room for count elements; what was there is lost when it must grow. What grows once has room for half as much again, where
+  /// there is memory for that.
   void reserve(std::size_t count) {
     if (count <= capacity_) return;
-    if (data_) {
-      count = std::max(count, capacity_ + capacity_ / 2);
-      Memory::outgrow(data_);
-    }
+    const std::size_t more = std::max(count, capacity_ + capacity_ / 2);
+    if (data_) Memory::outgrow(data_);
     data_ = nullptr;
     capacity_ = 0;
+    try {
+      take(more);
+    } catch (const DeviceLost&) {
+      if (more == count) throw;
+      take(count);
+    }
+  }
+
+ private:
+  void take(std::size_t count) {
     data_ = static_cast<T*>(Memory::take(count * sizeof(T)));
     capacity_ = count;
   }
 
- private:
   T* data_ = nullptr;
   std::size_t capacity_ = 0;
 };
