@@ -1,7 +1,5 @@
 #pragma once
 // The triangles of many tiles measured at once, on a GPU.
-#include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>

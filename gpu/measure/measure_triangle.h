@@ -152,8 +152,8 @@ struct MeasureTriangle {
 
   template <class Lanes>
   CORDILLERA_HD static void sum_up(const MeasuredTriangle& t, const Seen& seen, const Lanes& lanes, FoundTriangle& found) {
-    // Bits of doubles that are not negative are in the order of these; 0 is for none.
-    const std::uint64_t error = lanes.max(seen.error_m < 0 ? 0 : double_bits(seen.error_m) + 1);
+    // Bits of doubles that are not negative are in the order of these, but for those of -0; 0 is for none.
+    const std::uint64_t error = lanes.max(seen.error_m < 0 ? 0 : double_bits(seen.error_m + 0.0) + 1);
     FoundTriangle all;
     if (error > 0) all.error_m = bits_double(error - 1) + place_error_m(t);
     all.squares = {lanes.sum(seen.squares.low), lanes.sum(seen.squares.high)};

@@ -86,11 +86,9 @@ class Rims {
     return !edges_.empty() && on_rim_[from] != 0 && on_rim_[to] != 0 &&
            std::binary_search(edges_.begin(), edges_.end(), std::uint64_t{from} << 32 | to);
   }
-  /// All, ascending: from << 32 | to.
-  const std::vector<std::uint64_t>& edges() const { return edges_; }
 
  private:
-  std::vector<std::uint64_t> edges_;  ///< as the triangle across runs along them
+  std::vector<std::uint64_t> edges_;  ///< from << 32 | to, as the triangle across runs along them; ascending
   std::vector<std::uint8_t> on_rim_;
 };
 
