@@ -125,8 +125,6 @@ std::vector<ExactSimplifiers::Asked*> ExactSimplifiers::those_like(Asked& first)
 
 proto::Result<void> ExactSimplifiers::simplify_together(gpu::exact::BlockSimplifier& simplifier, Asked& first) {
   const std::vector<Asked*> together = those_like(first);
-  std::vector<gpu::exact::Block> blocks;
-  for (const Asked* one : together) blocks.push_back(one->block);
   gpu::exact::Watch watch;
   watch.stop = &stop_;
   watch.level = [&](std::size_t level, std::vector<gpu::exact::BlockMesh>& meshes) {
@@ -141,6 +139,8 @@ proto::Result<void> ExactSimplifiers::simplify_together(gpu::exact::BlockSimplif
     changed_.notify_all();
   };
   try {
+    std::vector<gpu::exact::Block> blocks;
+    for (const Asked* one : together) blocks.push_back(one->block);
     const auto made = simplifier.simplify(blocks, first.plan, watch);
     const proto::Result<void> result = made.ok() ? proto::Result<void>() : made.problem();
     give_to_others([&](Asked& one) { one.made = result, one.state = Asked::State::done; });
