@@ -46,6 +46,7 @@ std::string ExactSimplifiers::device() const {
 std::optional<ExactSimplifiers::Turn> ExactSimplifiers::begin(Asked* asked) {
   std::unique_lock lock(mutex_);
   const auto has_room = [&] {
+    if (most_meters_ == 0 && meters_in_use_ > 0) return false;  // they end soon, and have memory that was short
     if (asked && asked->haste == Haste::somebody_waits) return in_use_ < most_in_use();
     // While another works, half as many as may go together are waited for.
     return in_use_ == 0 || (in_use_ < room_.turns && (!asked || 2 * asked_.size() >= room_.together));
@@ -203,7 +204,12 @@ void ExactSimplifiers::measure(std::span<const gpu::SurfaceErrorInput> tiles, do
     const std::lock_guard lock(mutex_);
     --meters_in_use_;
     if (!works) drop_meters();
-    if (works && most_meters_ > 0) idle_meters_.push_back(std::move(meter));
+    if (works && most_meters_ > 0) {
+      idle_meters_.push_back(std::move(meter));
+    } else {
+      meter.reset();
+      changed_.notify_all();
+    }
   });
   try {
     if (!meter) {
