@@ -27,8 +27,9 @@ struct DeviceMemory {
   static void* take(std::size_t bytes) {
     void* data = nullptr;
     cudaError_t error = cudaMalloc(&data, bytes);
-    if (error == cudaErrorMemoryAllocation && give_outgrown()) {
+    if (error == cudaErrorMemoryAllocation) {
       cudaGetLastError();  // not to be taken for a launch's
+      give_outgrown();     // another thread may just have done so
       error = cudaMalloc(&data, bytes);
     }
     check_cuda(error, "cudaMalloc");
@@ -52,11 +53,10 @@ struct DeviceMemory {
     static Outgrown all;
     return all;
   }
-  /// Whether there was any.
-  static bool give_outgrown() {
+  static void give_outgrown() {
     const std::lock_guard lock(outgrown().mutex);
     for (void* data : outgrown().data) cudaFree(data);
-    return !std::exchange(outgrown().data, {}).empty();
+    outgrown().data.clear();
   }
 };
 

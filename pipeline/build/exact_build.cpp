@@ -104,16 +104,14 @@ class BlockBuild {
   std::vector<gpu::SurfaceMemory> measured(ExactSimplifiers& simplifiers, const LevelContext& context,
                                            const std::vector<BuiltTile>& tiles) {
     constexpr std::size_t kWorthACall = 1 << 14;
-    std::vector<gpu::SurfaceMemory> memories(tiles.size());
     std::vector<gpu::SurfaceErrorInput> inputs;
     std::size_t triangles = 0;
     for (const BuiltTile& tile : tiles) {
       inputs.push_back(surface_input(context, tile));
       triangles += tile.mesh.triangles.size();
     }
-    if (triangles >= kWorthACall && team_.finest.haste() == Workers::Haste::none)
-      simplifiers.measure(inputs, limit_of_exact_m(context), memories);
-    return memories;
+    if (triangles < kWorthACall || team_.finest.haste() != Workers::Haste::none) return {};
+    return simplifiers.measure(inputs, limit_of_exact_m(context));
   }
 
   EncodedLevel encoded(ExactSimplifiers& simplifiers, int z, const BlockMesh& mesh) {
@@ -123,6 +121,8 @@ class BlockBuild {
     const bool handed_up = place_.merged_above && !keeps_squares_ && z <= node_.z + 1;
     std::vector<BuiltTile> tiles = tiles_of_block(plan_, place_, z, mesh, handed_up ? TileParts::whole : TileParts::published);
     std::vector<gpu::SurfaceMemory> memories = measured(simplifiers, context, tiles);
+    const bool on_gpu = !memories.empty();
+    memories.resize(tiles.size());
     std::vector<double> above(tiles.size());
     std::vector<std::optional<EncodedTile>> made(tiles.size());
     const bool finest = z == lattice_.finest_level, meets = finest && context.promise && pixels_within_m(plan_) > 0;
@@ -137,7 +137,7 @@ class BlockBuild {
       }
       above[k] = finished.above_m;
       made[k] = std::move(finished.tile);
-      if (!meets) memories[k] = {};
+      if (!meets || !on_gpu) memories[k] = {};  // they take more room than the meshes
       if (!handed_up && !meets) tiles[k] = {};
       return std::move(finished.on_sides);
     };

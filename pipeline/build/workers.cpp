@@ -52,6 +52,7 @@ void Workers::each(std::size_t count, const std::function<void(std::size_t, unsi
 void Workers::with_caller(std::size_t count, const std::function<void(std::size_t)>& work) {
   if (count == 0) return;
   const std::function<void(std::size_t, unsigned)> any = [&](std::size_t item, unsigned) { work(item); };
+  if (threads() == 1) return each(count, any);  // one thread was asked for
   Loop loop{any, count, Haste::none};
   std::unique_lock lock(mutex_);
   if (count > 1) {

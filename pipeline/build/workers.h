@@ -23,7 +23,7 @@ class Workers {
   /// sooner; before it one that somebody waits for.
   void each(std::size_t count, const std::function<void(std::size_t item, unsigned worker)>& work, Haste haste = Haste::none);
   /// Likewise work(item); the caller takes items, too, and does not wait until a worker is free. For callers that wait for
-  /// something other than a processor, or there are more threads at work than were asked for.
+  /// something other than a processor, for with them there is one thread more at work. Not where one thread was asked for.
   void with_caller(std::size_t count, const std::function<void(std::size_t item)>& work);
 
  private:

@@ -4,12 +4,15 @@
 #include <utility>
 
 #include "gpu/device/device_lost.h"
-#include "gpu/measure/surface_memory.h"
 
 namespace cordillera::pipeline {
 namespace {
 
 const std::string kCpu = "cpu";
+
+bool has_shared_sides(const gpu::exact::Block& block) {
+  return std::find(block.sides.begin(), block.sides.end(), gpu::exact::SideKind::shared) != block.sides.end();
+}
 
 }  // namespace
 
@@ -61,7 +64,7 @@ std::optional<ExactSimplifiers::Turn> ExactSimplifiers::begin(Asked* asked) {
   ++in_use_;
   Turn turn;
   turn.on_device = device_ != kCpu;
-  turn.alone = room_.turns == 1 && room_.together == 1;
+  turn.alone = room_.turns == 1 && room_.together == 1 && most_meters_ == 0;
   if (!idle_.empty()) {
     turn.simplifier = std::move(idle_.back());
     idle_.pop_back();
@@ -70,10 +73,13 @@ std::optional<ExactSimplifiers::Turn> ExactSimplifiers::begin(Asked* asked) {
 }
 
 void ExactSimplifiers::end(Turn turn) {
-  const std::lock_guard lock(mutex_);
-  --in_use_;
-  if (turn.simplifier && turn.on_device == (device_ != kCpu) && idle_.size() + in_use_ < most_in_use())
+  std::unique_lock lock(mutex_);
+  if (turn.simplifier && turn.on_device == (device_ != kCpu) && idle_.size() + in_use_ <= most_in_use())
     idle_.push_back(std::move(turn.simplifier));
+  lock.unlock();
+  turn.simplifier.reset();  // who comes next may need its memory
+  lock.lock();
+  --in_use_;
   changed_.notify_all();
 }
 
@@ -116,6 +122,7 @@ std::vector<ExactSimplifiers::Asked*> ExactSimplifiers::those_like(Asked& first)
   for (Asked* other : asked_) {
     if (together.size() >= room_.together || first.haste == Haste::somebody_waits) break;
     if (other->state == Asked::State::waits && other->haste == first.haste && other->plan == first.plan &&
+        has_shared_sides(other->block) == has_shared_sides(first.block) &&
         (other->squares == nullptr) == (first.squares == nullptr))
       together.push_back(other);
   }
@@ -185,13 +192,12 @@ proto::Result<void> ExactSimplifiers::simplify_above(const Above& above, const g
   return *call(work, nullptr);
 }
 
-void ExactSimplifiers::measure(std::span<const gpu::SurfaceErrorInput> tiles, double limit_m,
-                               std::span<gpu::SurfaceMemory> memories) {
+std::vector<gpu::SurfaceMemory> ExactSimplifiers::measure(std::span<const gpu::SurfaceErrorInput> tiles, double limit_m) {
   std::unique_ptr<gpu::BatchMeter> meter;
   std::string device;
   {
     const std::lock_guard lock(mutex_);
-    if (wanted_ == kCpu || meters_in_use_ >= most_meters_) return;
+    if (wanted_ == kCpu || meters_in_use_ >= most_meters_) return {};
     ++meters_in_use_;
     device = wanted_;
     if (!idle_meters_.empty()) {
@@ -215,9 +221,12 @@ void ExactSimplifiers::measure(std::span<const gpu::SurfaceErrorInput> tiles, do
     if (!meter) {
       if (auto made = gpu::make_batch_meter(device); made.ok()) meter = std::move(*made);
     }
-    if (meter) meter->measure(tiles, limit_m, memories);
-    works = meter != nullptr;
-  } catch (const gpu::DeviceLost&) {}
+    if (!meter) return {};
+    std::vector<gpu::SurfaceMemory> memories(tiles.size());
+    meter->measure(tiles, limit_m, memories);
+    works = true;
+    return memories;
+  } catch (const gpu::DeviceLost&) { return {}; }
 }
 
 }  // namespace cordillera::pipeline

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
+#include <cstdint>
 #include <exception>
 #include <functional>
 #include <memory>
@@ -10,10 +11,12 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "gpu/exact/simplify_block.h"
 #include "gpu/measure/batch_meter.h"
+#include "gpu/measure/surface_memory.h"
 #include "pipeline/build/exact/exact_above.h"
 
 namespace cordillera::pipeline {
@@ -46,9 +49,9 @@ class ExactSimplifiers {
   /// Likewise, levels above blocks.
   proto::Result<void> simplify_above(const Above& above, const gpu::exact::BlockPlan& plan, const TakeLevel& take);
 
-  /// See BatchMeter, on the device; the memories stay empty where there is none, or when all its meters are in use: then the host
-  /// is quicker than to wait. May be called by several threads.
-  void measure(std::span<const gpu::SurfaceErrorInput> tiles, double limit_m, std::span<gpu::SurfaceMemory> memories);
+  /// See BatchMeter, on the device; nothing where there is none, or when all its meters are in use: then the host is quicker than
+  /// to wait. May be called by several threads.
+  std::vector<gpu::SurfaceMemory> measure(std::span<const gpu::SurfaceErrorInput> tiles, double limit_m);
 
  private:
   /// A block that somebody wants.
@@ -67,7 +70,7 @@ class ExactSimplifiers {
   struct Turn {
     std::unique_ptr<gpu::exact::BlockSimplifier> simplifier;
     bool on_device = false;
-    bool alone = false;  ///< no other is in use, nor will be meanwhile
+    bool alone = false;  ///< no other is in use, nor will be meanwhile, and no meter
   };
   /// On the device; where it is lost, on the CPU. asked: whom it is for, may be null; none: another call made that.
   std::optional<proto::Result<void>> call(const Work& work, Asked* asked);
@@ -89,7 +92,7 @@ class ExactSimplifiers {
   std::condition_variable changed_;
   Room room_;
   std::size_t in_use_ = 0;
-  std::vector<Asked*> asked_;                                       ///< those that wait, in the order of their calls
+  std::vector<Asked*> asked_;                                       ///< those that wait
   std::string wanted_ = "cpu", device_ = "cpu";                     ///< as asked for, and as it calls itself
   std::vector<std::unique_ptr<gpu::exact::BlockSimplifier>> idle_;  ///< of device_
   std::string lost_;
