@@ -13,7 +13,6 @@
 #include <span>
 
 #include "gpu/device/device_buffer.cuh"
-#include "gpu/device/warp_lanes.cuh"
 
 namespace cordillera::gpu {
 
@@ -33,6 +32,13 @@ template <class F>
 __global__ void __launch_bounds__(kStepThreads, blocks_at_once<F>()) each_kernel(std::size_t n, F f) {
   const std::size_t i = std::size_t{blockIdx.x} * blockDim.x + threadIdx.x;
   if (i < n) f(i);
+}
+
+/// f(i, lanes) for i < n.
+template <class Lanes, class F>
+__global__ void __launch_bounds__(kStepThreads) lanes_kernel(std::size_t n, F f) {
+  const std::size_t i = (std::size_t{blockIdx.x} * blockDim.x + threadIdx.x) / Lanes::kCount;
+  if (i < n) f(i, Lanes{});
 }
 
 /// All threads of a cooperative launch.

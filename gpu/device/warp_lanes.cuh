@@ -1,5 +1,5 @@
 #pragma once
-// Lanes of a warp that work on one thing together, and the kernel that gives each thing so many of them.
+// Lanes of a warp that work on one thing together; see lanes.h.
 #include <cstdint>
 
 namespace cordillera::gpu {
@@ -37,12 +37,5 @@ struct WarpLanes {
     return ((1u << (kLanes & 31)) - 1) << (threadIdx.x & 31u & ~static_cast<unsigned>(kLanes - 1));
   }
 };
-
-/// f(i, lanes) for i < n.
-template <class Lanes, class F>
-__global__ void __launch_bounds__(256) lanes_kernel(std::size_t n, F f) {
-  const std::size_t i = (std::size_t{blockIdx.x} * blockDim.x + threadIdx.x) / Lanes::kCount;
-  if (i < n) f(i, Lanes{});
-}
 
 }  // namespace cordillera::gpu

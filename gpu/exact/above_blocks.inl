@@ -69,6 +69,7 @@ void Engine<Executor>::fit_bins() {
   executor_->copy_out(position.data(), mesh_.position.data(), vertices_);
   bin_shift_ = bin_shift_for(position);
   choose_bin_bits();
+  executor_->copy_in(block_array_.data(), blocks_.data(), blocks_.size());
 }
 
 template <class Executor>

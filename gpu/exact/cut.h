@@ -26,8 +26,8 @@ CORDILLERA_HD inline void add_one(std::uint32_t* at) {
 }
 
 /// Bits of a bin's number along one axis, with room for the shift of a pass.
-CORDILLERA_HD inline int bin_bits_of(const Field& field, int bin_shift) {
-  const int bins = (field.columns > field.rows ? field.columns : field.rows) >> bin_shift;
+inline int bin_bits_of(const Field& field, int bin_shift) {
+  const int bins = std::max(field.columns, field.rows) >> bin_shift;
   int bits = 1;
   while (bins + 1 + (1 << bits) / 3 > 1 << bits) ++bits;
   return bits;
@@ -35,7 +35,7 @@ CORDILLERA_HD inline int bin_bits_of(const Field& field, int bin_shift) {
 
 struct CutView {
   MeshView mesh;
-  const BlockView* views = nullptr;             ///< indexed by block; for shift()
+  const BlockView* views = nullptr;             ///< indexed by block; where it is cut
   const std::uint32_t* first_vertex = nullptr;  ///< indexed by block; one more at the end
   std::uint32_t blocks = 0;
   int bits = 0;  ///< of the bins of the largest block, a way
@@ -62,8 +62,7 @@ struct CutView {
   /// Of a block's squares, in bins: seams of one pass lie inside windows of the next. Thirds of every square: no seam of one pass
   /// is a seam of another. A rule of the block alone.
   CORDILLERA_HD std::uint32_t shift(std::uint32_t b) const {
-    const std::uint32_t third = (1u << bin_bits_of(views[b].field, bin_shift)) / 3;
-    return pass == 0 ? 0 : pass == 1 ? third : third / 2;
+    return pass == 0 ? 0 : pass == 1 ? views[b].third : views[b].third / 2;
   }
   /// Room of a window: likewise.
   CORDILLERA_HD std::uint32_t capacity(std::uint32_t block) const {

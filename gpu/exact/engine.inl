@@ -125,7 +125,11 @@ void Engine<Executor>::lay_out_blocks(std::span<const Block> blocks, const Block
 template <class Executor>
 void Engine<Executor>::choose_bin_bits() {
   bin_bits_ = 1;
-  for (const BlockView& view : blocks_) bin_bits_ = std::max(bin_bits_, bin_bits_of(view.field, bin_shift_));
+  for (BlockView& view : blocks_) {
+    const int bits = bin_bits_of(view.field, bin_shift_);
+    view.third = (1u << bits) / 3;
+    bin_bits_ = std::max(bin_bits_, bits);
+  }
 }
 
 template <class Executor>

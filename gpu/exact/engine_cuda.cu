@@ -4,6 +4,7 @@
 
 #include "gpu/device/cuda_device.cuh"
 #include "gpu/device/cuda_steps.cuh"
+#include "gpu/device/warp_lanes.cuh"
 #include "gpu/exact/engine.inl"
 #include "gpu/exact/steps/block_team.cuh"
 

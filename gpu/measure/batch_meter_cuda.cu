@@ -1,6 +1,7 @@
 // Triangles measured on CUDA: a few lanes take each.
 #include "gpu/device/cuda_device.cuh"
 #include "gpu/device/cuda_steps.cuh"
+#include "gpu/device/warp_lanes.cuh"
 #include "gpu/measure/batch_meter_on.h"
 
 namespace cordillera::gpu {

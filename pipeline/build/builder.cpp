@@ -92,10 +92,11 @@ proto::Result<void> Builder::prepare() {
     sources_.push_back(source_of_tiles(plan_, std::move(*source)));
   }
   if (plan_.exact()) {
-    // Of a GPU's two, one works while the other does its part on the host.
+    constexpr std::size_t kMostOnCpu = 8, kMostOnGpu = 16;
+    constexpr std::size_t kTurnsOfGpu = 2;  // one works while the other does its part on the host
     const auto at_once = [&](std::size_t most) { return exact_at_once(plan_, workers_.threads(), room_.memory_mib, most); };
-    const std::size_t on_gpu = at_once(16), turns = std::min<std::size_t>(on_gpu, 2);
-    const auto opened = exact_.open(room_.device, {at_once(8), 1}, {turns, on_gpu / turns});
+    const std::size_t on_gpu = at_once(kMostOnGpu), turns = std::min(on_gpu, kTurnsOfGpu);
+    const auto opened = exact_.open(room_.device, {at_once(kMostOnCpu), 1}, {turns, on_gpu / turns});
     if (!opened.ok() || !has_levels_above(plan_) || merged_at_once(plan_)) return opened;
   }
   return open_simplifiers();

@@ -90,11 +90,10 @@ class BlockBuild {
                                      [this, &simplifiers, z, kept = std::move(mesh)] { return encoded(simplifiers, z, kept); }));
       share(1 - 0.5 / static_cast<double>(std::size_t{1} << std::min<std::size_t>(l, 20)));
     };
-    const auto haste =
-        team_.finest.haste() == Workers::Haste::none ? ExactSimplifiers::Haste::none : ExactSimplifiers::Haste::somebody_waits;
+    const bool somebody_waits = team_.finest.haste() == Workers::Haste::somebody_waits;
     const auto keep = [this](gpu::exact::Squares&& squares) { kept_.squares = std::move(squares); };
     const auto made =
-        simplifiers.simplify(block, asked_, take, keeps_squares_ ? ExactSimplifiers::TakeSquares(keep) : nullptr, haste);
+        simplifiers.simplify(block, asked_, take, keeps_squares_ ? ExactSimplifiers::TakeSquares(keep) : nullptr, somebody_waits);
     for (auto& level : under_way) levels.push_back(level.get());
     return made;
   }
@@ -111,7 +110,7 @@ class BlockBuild {
       triangles += tile.mesh.triangles.size();
     }
     if (triangles < kWorthACall || team_.finest.haste() != Workers::Haste::none) return {};
-    return simplifiers.measure(inputs, limit_of_exact_m(context));
+    return simplifiers.measure(inputs, limit_of(context));
   }
 
   EncodedLevel encoded(ExactSimplifiers& simplifiers, int z, const BlockMesh& mesh) {

@@ -144,7 +144,7 @@ struct MetPixels {
 /// Puts samples into a tile of the finest level until its triangles are within the level's target of all pixels, as they are of
 /// all samples; as far as vertices can, which do not go onto the tile's sides (see put_on_sides). What was measured of the tile
 /// is no longer true if any went in. Where pixels are finer than samples, as of a raster that was added to an older plan, nothing
-/// goes in. memory: of the tile at the target less kGrace_m.
+/// goes in. memory: of the tile at limit_of().
 MetPixels meet_pixels(const LevelContext& context, BuiltTile& built, TilePixels& pixels, gpu::SurfaceMemory& memory);
 
 }  // namespace cordillera::pipeline

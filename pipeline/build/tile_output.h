@@ -47,7 +47,7 @@ struct FinishedFinest {
 enum class Measure : std::uint8_t { always, changed };
 
 /// Lets the tile meet pixels where the plan asks for it, measures and encodes it, and notes how far it is from its pixels.
-/// memory: of the tile at its target less kGrace_m.
+/// memory: of the tile at limit_of().
 FinishedFinest finish_finest(const proto::Plan& plan, const LevelContext& context, BuiltTile& built,
                              const std::vector<raster::PixelPoint>& pixels, Measure measure, gpu::SurfaceMemory& memory);
 

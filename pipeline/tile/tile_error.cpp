@@ -36,6 +36,8 @@ std::vector<std::uint32_t> in_either(const std::vector<std::uint32_t>& a, const 
   return all;
 }
 
+double limit_of(const LevelContext& context) { return context.level->target() - gpu::kGrace_m; }
+
 gpu::SurfaceErrorInput surface_input(const LevelContext& context, const BuiltTile& built) {
   gpu::SurfaceErrorInput input;
   input.lattice = context.lattice;

@@ -14,6 +14,9 @@ inline constexpr double kLeastStepShare = 0.25;  ///< of the target, for the ste
 /// Two ascending lists of triangles as one.
 std::vector<std::uint32_t> in_either(const std::vector<std::uint32_t>& a, const std::vector<std::uint32_t>& b);
 
+/// The level's target, less what is added to every error that is stated.
+double limit_of(const LevelContext& context);
+
 /// A tile, and the samples that it is measured against.
 gpu::SurfaceErrorInput surface_input(const LevelContext& context, const BuiltTile& built);
 

@@ -36,6 +36,7 @@ struct BlockView {
   std::int32_t west = 0, east = 0, south = 0, north = 0;
   std::int32_t lattice_x = 0, lattice_y = 0;  ///< of sample (0, 0), modulo the largest tile side
   double narrowest_m = 1;                     ///< see Block
+  std::uint32_t third = 0;                    ///< of the square of its bins, a way: windows of a pass are shifted by that
   std::uint32_t sides_held = 0;  ///< bit per side of the rectangle (south, east, north, west): valence caps for two blocks
 
   CORDILLERA_HD std::uint32_t sides_at(int x, int y) const {

@@ -13,6 +13,7 @@
 #include "pipeline/bound/overlay.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/tile/border.h"
+#include "pipeline/tile/tile_error.h"
 #include "pipeline/tile/void_tile.h"
 #include "proto/ellipsoid.h"
 #include "proto/integers.h"
@@ -240,8 +241,6 @@ Corners corners_of(const proto::TileMesh& mesh, std::uint32_t t) {
 }
 
 constexpr std::size_t kPiece = 512;  ///< steep triangles
-
-double limit_of(const LevelContext& context) { return context.level->target() - gpu::kGrace_m; }
 
 GroundMeter meter_of(const LevelContext& context, const KnownGround& ground, const BuiltTile& tile) {
   return {{context.lattice, tile.tile, tile.mesh.side, context.level->ecef_step(), height_step(*context.level)}, ground};

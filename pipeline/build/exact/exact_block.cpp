@@ -255,11 +255,9 @@ std::vector<BuiltTile> tiles_of_block(const proto::Plan& plan, const BlockPlace&
   return tiles;
 }
 
-double limit_of_exact_m(const LevelContext& context) { return context.level->target() - gpu::kGrace_m; }
-
 double measure_exact(const LevelContext& context, BuiltTile& tile, gpu::SurfaceMemory& memory) {
   const double target_m = context.level->target();
-  tile.measured = gpu::surface_error(surface_input(context, tile), limit_of_exact_m(context), memory);
+  tile.measured = gpu::surface_error(surface_input(context, tile), limit_of(context), memory);
   tile.max_error_m = tile.measured.max_m + gpu::kGrace_m;
   const gpu::Upright upright({context.lattice, tile.tile, tile.mesh.side, context.level->ecef_step()});
   if (context.promise && (!tile.measured.over_limit.empty() || !gpu::turned_triangles(upright, tile.mesh).empty())) {

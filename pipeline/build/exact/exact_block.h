@@ -53,11 +53,9 @@ std::vector<BuiltTile> tiles_of_block(const proto::Plan& plan, const BlockPlace&
 /// A block that is a whole node, void triangles too. side: of the node, units.
 proto::TileMesh tile_mesh_of_block(const gpu::exact::BlockMesh& mesh, std::int32_t side);
 
-/// What measure_exact and meet_pixels measure against.
-double limit_of_exact_m(const LevelContext& context);
 /// States the tile's error, measured against the context's samples. Where a triangle is above the target, or upside down in
 /// space, vertices are put back inside the tile first. How much of the error is above the target all the same; 0: nothing.
-/// memory: of the tile at that limit.
+/// memory: of the tile at limit_of()
 double measure_exact(const LevelContext& context, BuiltTile& tile, gpu::SurfaceMemory& memory);
 
 /// Gives the tile of a node what the merge above it needs, see hand_up. children: whole tiles of the level below it, all four of

@@ -50,7 +50,7 @@ std::optional<ExactSimplifiers::Turn> ExactSimplifiers::begin(Asked* asked) {
   std::unique_lock lock(mutex_);
   const auto has_room = [&] {
     if (most_meters_ == 0 && meters_in_use_ > 0) return false;  // they end soon, and have memory that was short
-    if (asked && asked->haste == Haste::somebody_waits) return in_use_ < most_in_use();
+    if (asked && asked->somebody_waits) return in_use_ < most_in_use();
     // While another works, half as many as may go together are waited for.
     return in_use_ == 0 || (in_use_ < room_.turns && (!asked || 2 * asked_.size() >= room_.together));
   };
@@ -110,7 +110,7 @@ std::optional<proto::Result<void>> ExactSimplifiers::call(const Work& work, Aske
       turn->simplifier.reset();  // its memory is free for the next
       failed(*turn, lost.what());
       const std::lock_guard lock(mutex_);
-      if (asked) asked->state = Asked::State::waits;
+      if (asked) asked->state = Asked::State::waits, asked_.push_back(asked);
     }
   }
 }
@@ -120,9 +120,8 @@ std::vector<ExactSimplifiers::Asked*> ExactSimplifiers::those_like(Asked& first)
   const std::lock_guard lock(mutex_);
   std::vector<Asked*> together{&first};
   for (Asked* other : asked_) {
-    if (together.size() >= room_.together || first.haste == Haste::somebody_waits) break;
-    if (other->state == Asked::State::waits && other->haste == first.haste && other->plan == first.plan &&
-        has_shared_sides(other->block) == has_shared_sides(first.block) &&
+    if (together.size() >= room_.together || first.somebody_waits) break;
+    if (!other->somebody_waits && other->plan == first.plan && has_shared_sides(other->block) == has_shared_sides(first.block) &&
         (other->squares == nullptr) == (first.squares == nullptr))
       together.push_back(other);
   }
@@ -163,8 +162,8 @@ proto::Result<void> ExactSimplifiers::simplify_together(gpu::exact::BlockSimplif
 }
 
 proto::Result<void> ExactSimplifiers::simplify(const gpu::exact::Block& block, const gpu::exact::BlockPlan& plan,
-                                               const TakeLevel& take, const TakeSquares& squares, Haste haste) {
-  Asked asked{block, plan, take, squares, haste};
+                                               const TakeLevel& take, const TakeSquares& squares, bool somebody_waits) {
+  Asked asked{block, plan, take, squares, somebody_waits};
   {
     const std::lock_guard lock(mutex_);
     asked_.push_back(&asked);

@@ -41,11 +41,10 @@ class ExactSimplifiers {
 
   using TakeLevel = std::function<void(std::size_t level, gpu::exact::BlockMesh&& mesh)>;
   using TakeSquares = std::function<void(gpu::exact::Squares&& squares)>;
-  enum class Haste : std::uint8_t { none, somebody_waits };
   /// May be called by several threads. Levels come in order, by one thread, before it returns. If a device fails, all come again.
   /// squares: before the levels; may be empty. somebody_waits: it does not wait for blocks for whom nobody does.
   proto::Result<void> simplify(const gpu::exact::Block& block, const gpu::exact::BlockPlan& plan, const TakeLevel& take,
-                               const TakeSquares& squares, Haste haste = Haste::none);
+                               const TakeSquares& squares, bool somebody_waits = false);
   /// Likewise, levels above blocks.
   proto::Result<void> simplify_above(const Above& above, const gpu::exact::BlockPlan& plan, const TakeLevel& take);
 
@@ -60,7 +59,7 @@ class ExactSimplifiers {
     const gpu::exact::BlockPlan& plan;
     const TakeLevel& take;
     const TakeSquares& squares;
-    Haste haste;
+    bool somebody_waits;
     enum class State : std::uint8_t { waits, under_way, done } state = State::waits;
     std::optional<proto::Result<void>> made = {};  ///< once it is done; none: it failed as follows
     std::exception_ptr thrown = nullptr;
