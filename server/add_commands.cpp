@@ -211,23 +211,8 @@ void add_simplify(CommandLine& commands) {
   auto* simplify = commands.add("simplify", "make a height-field mesh smaller: x and y in the plan, z up",
                                 [held] { return simplify_command(*held); });
   simplify->add_option("mesh", line.input, "PLY, OFF or OBJ");
-  const auto option = [simplify](const std::string& names, std::string& value, const std::string& type, const std::string& help) {
-    simplify->add_option(names, value, help)->type_name(type);
-  };
-  option("-o,--output", line.output, "FILE", "what to write: .ply, .off or .obj");
-  option("--keep", line.keep, "SHARE", "keep this share of the triangles [above 0, up to 1]");
-  option("--triangles", line.triangles, "N", "keep so many triangles [1 or more]");
-  option("--error", line.error, "METRES", "keep as few as stay within this distance of every vertex, along z [0 or more]");
-  option("--quality", line.quality, "QUALITY", "what the time is spent on [fast, default, best, minimax]");
-  option("--strategy", line.strategy, "STRATEGY", "how [waves; cleap, sequential: the published algorithm]");
-  option("--collapses", line.collapses, "N", "cleap, sequential: collapse so many edges [1 or more]");
-  option("--device", line.device, "DEVICE", "what computes [auto, cpu, cuda, cuda:N]");
-  option("--threads", line.threads, "N", "threads that measure the result; 0: one for each usable core [0 to 1024]");
-  for (const CleapOption& known : cleap_options()) {
-    const auto take = [&line, name = known.name](const std::string& value) { line.cleap[name] = value; };
-    const std::string help = "cleap, sequential: " + known.help + " [" + known.accepted + "]";
-    simplify->add_option_function<std::string>("--" + known.name, take, help)->type_name(known.value);
-  }
+  simplify->add_option("-o,--output", line.output, "what to write: .ply, .off or .obj")->type_name("FILE");
+  add_rows(*simplify, simplify_options(), line.given);
   add_value_flag(*simplify, "--json", line.show, Show::json, "the report as JSON");
 }
 
@@ -244,15 +229,7 @@ void add_export(CommandLine& commands) {
   command->add_option("--format", line.format, "which tiles an archive holds [" + face_names() + "]")->type_name("NAME");
   for (const LookOption& option : look_options())
     command->add_option(option.name, line.look.*option.value, option.help)->type_name(option.type);
-  for (const MeshOption& option : mesh_options()) {
-    const std::string name = "--" + option.name;
-    const auto take = [&line, name](const CLI::results_t& values) {
-      for (const std::string& value : values) line.mesh.emplace_back(name, value);
-      return true;
-    };
-    auto* added = command->add_option(name, take, option.help + " [" + option.accepted + "]");
-    added->type_name(option.value)->expected(1)->allow_extra_args(false)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  }
+  add_rows(*command, mesh_options(), line.mesh);
   command->add_option("--threads", line.threads, "threads that make an archive's tiles; 0: one for each usable core [0 to 1024]")
       ->type_name("N");
   command->add_option("--max-triangles", line.most_triangles, "most triangles of a mesh [1 to 100000000; default 10000000]")

@@ -7,6 +7,7 @@
 #include "proto/numbers.h"
 #include "raster/sample/back_projection.h"
 #include "raster/voids/filled_source.h"
+#include "raster/voids/void_height.h"
 
 namespace cordillera::raster {
 namespace {
@@ -20,17 +21,16 @@ bool read_number(std::string_view text, double& out) {
   return number.has_value();
 }
 
-/// What is filled is void to the raster itself, see filled_source.h.
-proto::Result<void> read_voids(const std::string& text, SourceOptions& out) {
-  if (text.empty() || text == "fill" || text == "hole") return {};
-  const std::string accepted = "fill, hole, or a height in metres from " + std::to_string(kLeastVoidHeight_m) + " to 16384";
-  if (!read_number(text, out.void_height_m) || !(std::abs(out.void_height_m) <= proto::kMaxHeight_m))
-    return Problem{"option-invalid", "voids=" + text + " is no height", accepted, "voids"};
-  if (out.void_height_m < kLeastVoidHeight_m)
-    return Problem{
-        "option-invalid",
-        "voids=" + text + " would put pits deeper than any land; nodata=" + text + " says that this value means no data",
-        accepted, "voids"};
+proto::Result<void> take_voids(const std::string& text, SourceOptions& out) {
+  const auto height_m = void_height_m(text);
+  if (!height_m) {
+    Problem problem = height_m.problem();
+    problem.detail = "voids='" + text + "': " + problem.detail;
+    problem.accepted = "fill, hole, or a height in metres from " + std::to_string(kLeastVoidHeight_m) + " to 16384";
+    return problem;
+  }
+  if (!*height_m) return {};
+  out.void_height_m = **height_m;
   out.voids = VoidRule::value;
   return {};
 }
@@ -76,7 +76,7 @@ proto::Result<SourceOptions> check_options(const proto::BuildOptions& options) {
   if (!std::isfinite(out.z_scale) || out.z_scale == 0)
     return Problem{"option-invalid", "z_scale is no factor", "a number other than 0", "z_scale"};
   if (!std::isfinite(out.z_offset_m)) return Problem{"option-invalid", "z_offset is no number", "a height in metres", "z_offset"};
-  if (auto done = read_voids(options.voids(), out); !done.ok()) return done.problem();
+  if (auto done = take_voids(options.voids(), out); !done.ok()) return done.problem();
   if (auto done = read_nodata(options.nodata(), out); !done.ok()) return done.problem();
   if (options.has_fill_limit() && options.fill_limit() > kGreatestFillLimit_cells)
     return Problem{"option-invalid", "fill_limit=" + std::to_string(options.fill_limit()) + " is too much",

@@ -11,9 +11,6 @@ namespace cordillera::raster {
 inline constexpr std::uint32_t kFillLimit_cells = 512;
 inline constexpr std::uint32_t kGreatestFillLimit_cells = 1024;
 
-/// The deepest land, the Dead Sea's shore, is at -430 m: what is deeper is a value that means no data, taken for a height.
-inline constexpr int kLeastVoidHeight_m = -500;
-
 /// The widest void that a build fills by its options, in cells; 0: none. Options have been checked.
 std::uint32_t fill_limit_cells(const proto::BuildOptions& options);
 

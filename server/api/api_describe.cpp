@@ -17,41 +17,6 @@ using proto::Problem;
 constexpr const char* kDescribable =
     "title, attribution, imagery, private and build, as JSON, in the query or as curl -d sends them";
 
-std::optional<Problem> take_words(const std::string& name, const std::string& value, std::string* into) {
-  if (auto wrong = read_text(value, into)) return Problem{"option-invalid", name + ": " + *wrong, "text", name};
-  if (value.empty()) return Problem{"option-invalid", name + " is empty", "text of at least a character", name};
-  return std::nullopt;
-}
-
-/// The parameters into the dataset. Problems: those of options.
-std::optional<Problem> take(const Given& given, Dataset& dataset) {
-  if (given.empty()) return Problem{"option-invalid", "nothing is to change", kDescribable, ""};
-  for (auto at = given.begin(); at != given.end(); ++at) {
-    const auto& [name, value] = *at;
-    if (std::any_of(given.begin(), at, [&wanted = name](const auto& earlier) { return earlier.first == wanted; }))
-      return given_twice(name, "one value");
-    std::optional<Problem> wrong;
-    if (name == "title") {
-      wrong = take_words(name, value, dataset.options.mutable_title());
-    } else if (name == "attribution") {
-      wrong = take_words(name, value, dataset.options.mutable_attribution());
-    } else if (name == "imagery") {
-      if (auto complaint = read_imagery(value, dataset.options.mutable_imagery()))
-        wrong = Problem{"option-invalid", "imagery: " + *complaint, kImagery, name};
-    } else if (name == "private") {
-      if (auto complaint = read_switch(value, &dataset.is_private)) wrong = wrong_value(name, value, *complaint, "1 or 0");
-    } else if (name == "build") {
-      if (value != "full")
-        wrong = Problem{"option-invalid", "build='" + value + "'", "full: all blocks are made from now on", name};
-      dataset.options.clear_build();
-    } else {
-      return unknown_name("a dataset's", name, " does not change without a build", kDescribable);
-    }
-    if (wrong) return wrong;
-  }
-  return std::nullopt;
-}
-
 }  // namespace
 
 Response describe_dataset(Service& service, const Request& request, const Dataset& dataset) {
@@ -68,7 +33,9 @@ Response describe_dataset(Service& service, const Request& request, const Datase
   if (fields && plain && plain->read_body) plain = with_json_as_query(*plain);
   if (!plain) return problem_response(plain.problem());
   Dataset changed = dataset;
-  if (auto wrong = take(plain->query, changed)) return problem_response(*wrong);
+  if (plain->query.empty()) return problem_response({"option-invalid", "nothing is to change", kDescribable, ""});
+  const TableWords words{.what = "a dataset's", .of = " does not change without a build", .accepted = kDescribable};
+  if (auto wrong = read_options(description_words(), plain->query, words, changed)) return problem_response(*wrong);
   if (auto refused = changed.is_private ? service.gate().refuse_private() : std::nullopt) return problem_response(*refused);
   (void)service.live().note_read(dataset, sender(request));  // one that is asleep could not be built
   service.registry().describe(dataset.id, changed.options, changed.is_private);

@@ -18,7 +18,7 @@ namespace {
 
 using proto::Problem;
 
-/// What a query asks for: an address, how it is to be built, and what is for the resource itself.
+/// What a query asks for, checked, and what is for the resource itself.
 struct LiveQuery {
   std::string address;
   Settings settings;
@@ -28,39 +28,19 @@ struct LiveQuery {
   }
 };
 
-/// Options of a POST but for those that say how the raster comes and when it is built.
-const std::vector<OptionSpec>& options_of_live() {
-  static const std::vector<OptionSpec> kOptions = [] {
-    std::vector<OptionSpec> options = post_options();
-    std::erase_if(options, [](const OptionSpec& option) {
-      return option.name == "build" || option.name == "provisional" || option.name == "dry-run";
-    });
-    return options;
-  }();
-  return kOptions;
-}
-
-/// name: as a query has it, or with the command line's dashes.
-bool is_option_of_live(const std::string& name) {
-  const std::string said = spelt({name, "", "", "", nullptr}, Spelling::query);
-  return std::any_of(options_of_live().begin(), options_of_live().end(), [&](const OptionSpec& option) {
-    return said == spelt(option, Spelling::query) || (!said.empty() && said == alias_spelt(option, Spelling::query));
-  });
-}
-
 /// path: below /v1/live/; a tile or a document takes parameters of its own.
 proto::Result<LiveQuery> read_live_query(const Service& service, const Request& request, const std::string& path) {
+  static const std::vector<OptionName> kNames = names_in(live_words());
   LiveQuery asked;
   Given options;
-  for (const auto& [name, value] : request.query) {
-    if (name == "url" && !asked.address.empty()) return given_twice(name, "one url");
-    if (name == "url")
-      asked.address = value;
-    else if (is_option_of_live(name) || path.empty())
-      options.emplace_back(name, value);
-    else
-      asked.rest.emplace_back(name, value);
+  for (const auto& option : request.query) {
+    const bool ours = path.empty() || place_of(option.first, kNames, Spelling::query).has_value();
+    (ours ? options : asked.rest).push_back(option);
   }
+  LiveWords words{service.settings(), {}};
+  if (auto problem = read_layer(live_words(), options, Spelling::query, words, words.settings)) return *problem;
+  asked.address = std::move(words.url);
+  asked.settings = std::move(words.settings);
   if (asked.address.empty() && !service.settings().serve.source_allow.empty())
     return Problem{"option-invalid", "url, the address of a raster, is missing",
                    "/v1/live?url=ADDRESS with its special characters escaped (curl -G --data-urlencode url=…)", "url"};
@@ -71,13 +51,6 @@ proto::Result<LiveQuery> read_live_query(const Service& service, const Request& 
     }
     return Problem{"option-forbidden", allowed.problem().detail, accepted, "url"};
   }
-  auto settings = with_layer(service.settings(), options_of_live(), options, Spelling::query);
-  if (!settings) {
-    Problem problem = settings.problem();
-    if (problem.type == "option-unknown") problem.accepted = "url, " + problem.accepted;
-    return problem;
-  }
-  asked.settings = std::move(*settings);
   asked.settings.dry_run = false;
   proto::BuildOptions& build = asked.settings.build;
   build.clear_provisional();

@@ -56,7 +56,7 @@ Response index(const Request& request) {
       {"readiness", "/readyz"},     {"metrics", "/metrics"},  {"viewer", "/"},   {"description", "/api"}};
   for (const auto& [name, path] : kLinks) json["links"][name] = root + path;
   for (const OptionSpec& option : post_options()) {
-    json["options"][spelt(option, Spelling::query)] = {{"help", option.help}, {"accepted", option.accepted}};
+    json["options"][spelt(option.name, Spelling::query)] = {{"help", option.help}, {"accepted", option.accepted}};
   }
   Response response = json_response(200, json);
   response.set("Vary", kAddressHeaders);
@@ -103,10 +103,9 @@ Response metrics_text(Service& service) {
 Response limits_in_effect(Service& service) {
   const limits::InUse now = service.admission().in_use();
   Json json;
-  for (const OptionSpec& option : serve_options()) {
-    if (option.limit == nullptr) continue;
-    json["limits"][spelt(option, Spelling::query)] = {
-        {"value", service.settings().serve.limits.*option.limit}, {"unit", option.unit}, {"about", option.help}};
+  for (const auto& [option, field, unit] : limit_options()) {
+    json["limits"][spelt(option.name, Spelling::query)] = {
+        {"value", service.settings().serve.limits.*field}, {"unit", unit}, {"about", option.help}};
   }
   const auto add = [&](const char* name, std::uint32_t value, const char* unit, const char* about) {
     json["limits"][name] = {{"value", value}, {"unit", unit}, {"about", about}};

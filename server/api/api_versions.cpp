@@ -44,7 +44,7 @@ proto::Result<std::optional<std::uint32_t>> wanted(const Request& request) {
          return read_whole(text, {1, UINT32_MAX}, &to.emplace());
        }}};
   Number number;
-  if (auto problem = read_options(kOptions, request.query, {.elsewhere = "=NUMBER, or nothing"}, number)) return *problem;
+  if (auto problem = read_options(kOptions, request.query, {.beside = "=NUMBER, or nothing"}, number)) return *problem;
   return number;
 }
 

@@ -15,27 +15,9 @@ namespace {
 
 using proto::Problem;
 
-constexpr std::uint32_t kLastPosition = 1u << 20;
-
-std::optional<Problem> take_position(Given& options, proto::SourceChange& change) {
-  const auto found = std::find_if(options.begin(), options.end(), [](const auto& option) { return option.first == "position"; });
-  if (found == options.end()) return std::nullopt;
-  std::uint32_t position = 0;
-  if (const auto wrong = read_whole(found->second, {0, kLastPosition}, &position))
-    return wrong_value("position", found->second, *wrong, "0 for the raster that wins, 1 for the next, and so on");
-  change.set_position(position);
-  options.erase(found);
-  return std::nullopt;
-}
-
 /// The raster's name and options: those that it had, with those of the request over them.
-std::optional<Problem> take_options(const Settings& server, const Given& given, const proto::DatasetSource* old,
+std::optional<Problem> take_options(const Settings& server, proto::BuildOptions options, const proto::DatasetSource* old,
                                     const Delivery& delivery, proto::SourceSpec& spec) {
-  Settings settings;
-  if (old != nullptr) settings.build = old->spec().options();
-  auto layered = with_raster_layer(settings, raster_options(), given);
-  if (!layered) return layered.problem();
-  proto::BuildOptions& options = layered->build;
   spec.set_name(options.name());
   options.clear_name();
   proto::BuildOptions checked = options;
@@ -78,8 +60,6 @@ proto::Result<ChangeRequest> read_change(const Settings& server, const Request& 
   change.set_kind(request.method == "POST" ? "add" : request.method == "PUT" ? "replace" : "remove");
   change.set_request_id(request.id);
   change.set_request_hash(hash_of(request));
-  auto options = other_parameters(request, asked.delivery);
-  if (!options) return options.problem();
   const proto::DatasetSource* old = nullptr;
   if (const std::string& id = route.item; !id.empty()) {
     old = find(sources, id);
@@ -91,14 +71,20 @@ proto::Result<ChangeRequest> read_change(const Settings& server, const Request& 
     source.set_id(random_letters(8));
   }
   if (request.method == "DELETE") {
-    if (!options->empty()) return unknown_name("a DELETE has no parameter", options->front().first, "", "none");
+    if (!request.query.empty())
+      return unknown_option(request.query.front().first, {}, {.what = "a DELETE has no parameter", .accepted = "none"});
     if (auto refused = check_delivery(server.serve, request, RasterIs::optional, asked.delivery)) return *refused;
     if (asked.delivery.any()) return Problem{"request-invalid", "a DELETE has no raster", "no body", ""};
     change.set_idempotency_key(own_key(request, asked.delivery.key));
     return asked;
   }
-  if (auto refused = take_position(*options, change)) return *refused;
-  if (auto refused = take_options(server, *options, old, asked.delivery, *source.mutable_spec())) return *refused;
+  if (auto refused = check_raster_layer(request.query)) return *refused;
+  ChangeWords words;
+  if (old != nullptr) words.settings.build = old->spec().options();
+  if (auto problem = read_layer(change_words(), request.query, Spelling::query, words, words.settings)) return *problem;
+  static_cast<RasterWords&>(asked.delivery) = words.raster;
+  if (words.position) change.set_position(*words.position);
+  if (auto refused = take_options(server, words.settings.build, old, asked.delivery, *source.mutable_spec())) return *refused;
   const RasterIs raster = request.method == "POST" ? RasterIs::needed : RasterIs::optional;
   if (auto refused = check_delivery(server.serve, request, raster, asked.delivery)) return *refused;
   // A client that was cut off asks again: an upload makes one change.

@@ -13,20 +13,6 @@
 namespace cordillera::server {
 namespace {
 
-/// updates=1 is of the service alone: no build differs for it but in its blocks. A raster that is fetched is kept, as those of
-/// updates=1 are.
-std::optional<proto::Problem> take_updates(Given& options, Posting& posting) {
-  posting.updates = !posting.delivery.address.empty();
-  for (auto option = options.begin(); option != options.end(); ++option) {
-    if (option->first != "updates") continue;
-    if (const auto wrong = read_switch(option->second, &posting.updates))
-      return wrong_value("updates", option->second, *wrong, "1 or 0");
-    options.erase(option);
-    break;
-  }
-  return std::nullopt;
-}
-
 /// build=lazy of an address, unless updates=1 is said: the raster is not kept but read where it stands, as that of /v1/live.
 std::optional<proto::Problem> take_again(const Given& given, Posting& posting) {
   if (posting.delivery.address.empty() || !is_given(given, "build") || posting.settings.build.build() != kLazy)
@@ -59,28 +45,20 @@ std::optional<proto::Problem> take_lazy(bool asked, Posting& posting) {
 
 }  // namespace
 
-bool is_given(const Given& options, std::string_view name) {
-  return std::any_of(options.begin(), options.end(), [&](const auto& option) { return option.first == name; });
-}
-
 proto::Result<Posting> read_posting(Service& service, const Request& request, RasterIs raster) {
   Posting posting;
   posting.folder = public_path(request, "");
-  auto options = other_parameters(request, posting.delivery);
-  if (!options) return options.problem();
-  const Given given = *options;
-  if (const std::string name = name_in_path(request); !name.empty() && !is_given(*options, "name"))
-    options->emplace_back("name", name);
-  if (auto refused = take_updates(*options, posting)) return *refused;
-  auto settings = with_layer(service.settings(), post_options(), *options, Spelling::query);
-  if (!settings) {
-    proto::Problem problem = settings.problem();
-    if (problem.type == "option-unknown") problem.accepted = post_names();  // what was taken out before belongs to the list, too
-    return problem;
-  }
-  posting.settings = std::move(settings.value());
+  Given given = request.query;
+  if (const std::string name = name_in_path(request); !name.empty() && !is_given(given, "name")) given.emplace_back("name", name);
+  PostWords words{service.settings(), {}, {}};
+  if (auto problem = read_layer(post_words(), given, Spelling::query, words, words.settings)) return *problem;
+  static_cast<RasterWords&>(posting.delivery) = words.raster;
+  posting.settings = std::move(words.settings);
+  // updates=1 is of the service alone: no build differs for it but in its blocks. A raster that is fetched is kept, as those of
+  // updates=1 are.
+  posting.updates = words.updates.value_or(!posting.delivery.address.empty());
   if (auto refused = take_again(given, posting)) return *refused;
-  if (auto refused = take_lazy(is_given(*options, "build"), posting)) return *refused;
+  if (auto refused = take_lazy(is_given(given, "build"), posting)) return *refused;
   if (auto refused = posting.settings.private_dataset ? service.gate().refuse_private() : std::nullopt) return *refused;
   if (auto refused = apply_policy(service.settings(), posting.settings.build)) return *refused;
   if (auto refused = check_delivery(service.settings().serve, request, raster, posting.delivery)) return *refused;

@@ -26,6 +26,4 @@ proto::Result<Posting> read_posting(Service& service, const Request& request, Ra
 /// Makes it the posting of a form with several rasters, which are kept as those of updates=1 are. A problem: they cannot be.
 std::optional<proto::Problem> take_several(const Request& request, Posting& posting);
 
-bool is_given(const Given& options, std::string_view name);
-
 }  // namespace cordillera::server

@@ -1,6 +1,6 @@
 #pragma once
 // cordillera simplify: a mesh file in, a smaller one out; no tiles, no raster.
-#include <map>
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -11,19 +11,24 @@
 
 namespace cordillera::server {
 
-/// The command line as it was typed; empty: not given.
+/// The command line as it was typed.
 struct SimplifyLine {
   std::string input, output;
-  std::string keep, triangles, error, collapses;  ///< one of the four; the last for cleap and sequential only
-  std::string quality = "default";
-  std::string strategy = "waves";
-  std::map<std::string, std::string> cleap;  ///< options of that table, as given
-  std::string device = "auto";
-  std::string threads = "0";
+  Given given;  ///< options of simplify_options()
   Show show = Show::table;
 };
 
-/// The same, understood.
+/// What the options say, each for itself.
+struct SimplifyWish {
+  std::optional<double> keep, error_m;  ///< one of these two and the next
+  std::optional<std::uint64_t> triangles, collapses;
+  std::string quality = "default", strategy = "waves", device = "auto";
+  std::uint32_t threads = 0;
+  CleapRequest cleap;
+};
+const std::vector<OptionOf<SimplifyWish>>& simplify_options();
+
+/// What they ask for together.
 struct SimplifyRequest {
   std::string strategy = "waves";
   gpu::fit::MeshTarget target;

@@ -12,129 +12,134 @@ using gpu::fit::Quality;
 
 constexpr double kMostCounted = 4294967295.0, kGreatestError = 1e9;
 
-proto::Result<double> share(const std::string& text) {
-  double value = 0;
-  Complaint complaint = read_number(text, {0, 1}, &value);
-  if (!complaint && value == 0) complaint = "nothing would be left";
-  if (complaint) return wrong_value("--keep", text, *complaint, "a number above 0 up to 1");
-  return value;
+Complaint take_share(std::string_view text, SimplifyWish& wish) {
+  if (Complaint complaint = read_number(text, {0, 1}, &wish.keep.emplace())) return complaint;
+  return *wish.keep == 0 ? Complaint("nothing would be left") : std::nullopt;
 }
 
-proto::Result<std::uint64_t> count(const std::string& name, const std::string& text) {
+template <std::optional<std::uint64_t> SimplifyWish::*into>
+Complaint take_count(std::string_view text, SimplifyWish& wish) {
   double value = 0;
-  Complaint complaint = read_number(text, {1, kMostCounted}, &value);
-  if (!complaint && value != std::floor(value)) complaint = "not a whole number";
-  if (complaint) return wrong_value(name, text, *complaint, "a whole number from 1 on");
-  return static_cast<std::uint64_t>(value);
+  if (Complaint complaint = read_number(text, {1, kMostCounted}, &value)) return complaint;
+  if (value != std::floor(value)) return "not a whole number";
+  wish.*into = static_cast<std::uint64_t>(value);
+  return std::nullopt;
+}
+
+Complaint take_error(std::string_view text, SimplifyWish& wish) {
+  return read_number(text, {0, kGreatestError}, &wish.error_m.emplace());
+}
+
+std::vector<OptionOf<SimplifyWish>> make_simplify_options() {
+  const auto choice = [](std::vector<std::string> names, std::string SimplifyWish::*into) {
+    return [names, into](std::string_view text, SimplifyWish& wish) { return read_choice(text, names, &(wish.*into)); };
+  };
+  const std::vector<std::string> qualities = {"fast", "default", "best", "minimax"},
+                                 strategies = {"waves", "cleap", "sequential"};
+  constexpr WholeRange kThreads{0, 1024};
+  std::vector<OptionOf<SimplifyWish>> all = {
+      {"keep", "SHARE", "keep this share of the triangles", "a number above 0 up to 1", take_share},
+      {"triangles", "N", "keep so many triangles", "a whole number from 1 on", take_count<&SimplifyWish::triangles>},
+      {"error", "METRES", "keep as few as stay within this distance of every vertex, along z", "metres, 0 or more", take_error},
+      {"quality", "QUALITY", "what the time is spent on", "fast, default, best or minimax",
+       choice(qualities, &SimplifyWish::quality)},
+      {"strategy", "STRATEGY", "how; cleap, sequential: the published algorithm", "waves, cleap or sequential",
+       choice(strategies, &SimplifyWish::strategy)},
+      {"collapses", "N", "cleap, sequential: collapse so many edges", "a whole number from 1 on",
+       take_count<&SimplifyWish::collapses>},
+      {"device", "DEVICE", "what computes", "auto, cpu, cuda or cuda:N",
+       [](std::string_view text, SimplifyWish& wish) { return read_device(text, &wish.device); }},
+      {"threads", "N", "threads that measure the result; 0: one for each usable core", accepted_in(kThreads),
+       [=](std::string_view text, SimplifyWish& wish) { return read_whole(text, kThreads, &wish.threads); }},
+  };
+  for (OptionOf<SimplifyWish>& option : lifted(cleap_options(), &SimplifyWish::cleap)) {
+    option.help = "cleap, sequential: " + option.help;
+    all.push_back(std::move(option));
+  }
+  return all;
 }
 
 /// One size is wanted, neither none nor several. usual: the option that a problem names.
-std::optional<proto::Problem> check_wishes(int given, const std::string& accepted, const std::string& usual) {
+std::optional<proto::Problem> check_sizes(int given, const std::string& accepted, const std::string& usual) {
   if (given == 1) return std::nullopt;
   if (given == 0) return proto::Problem{"usage", "simplify needs to know how small the mesh is to be", accepted, usual};
   return proto::Problem{"options-conflict", "there are several wishes how small the mesh is to be", accepted, usual};
 }
 
-proto::Result<MeshTarget> target_of(const SimplifyLine& line) {
+proto::Result<MeshTarget> target_of(const Given& given, const SimplifyWish& wish) {
   const std::string accepted = "one of --keep SHARE, --triangles N, --error METRES";
-  if (!line.collapses.empty()) {
+  if (wish.collapses) {
     return proto::Problem{"options-conflict", "waves does not count collapses", "--strategy cleap or sequential; or " + accepted,
                           "--collapses"};
   }
-  if (!line.cleap.empty()) {
-    const std::string name = "--" + line.cleap.begin()->first;
+  for (const auto& [name, value] : given) {
+    if (!place_of(name, names_in(cleap_options()), Spelling::command_line)) continue;
     return proto::Problem{"options-conflict", name + " is no option of waves", "--strategy cleap or sequential", name};
   }
-  const int given = !line.keep.empty() + !line.triangles.empty() + !line.error.empty();
-  if (auto problem = check_wishes(given, accepted, "--keep")) return *problem;
-  if (!line.keep.empty()) {
-    const auto kept = share(line.keep);
-    return kept ? proto::Result<MeshTarget>(MeshTarget::keep(*kept)) : kept.problem();
-  }
-  if (!line.triangles.empty()) {
-    const auto triangles = count("--triangles", line.triangles);
-    return triangles ? proto::Result<MeshTarget>(MeshTarget::triangles(*triangles)) : triangles.problem();
-  }
-  double error_m = 0;
-  if (const Complaint complaint = read_number(line.error, {0, kGreatestError}, &error_m))
-    return wrong_value("--error", line.error, *complaint, "metres, 0 or more");
-  return MeshTarget::error_m(error_m);
+  const int sizes = wish.keep.has_value() + wish.triangles.has_value() + wish.error_m.has_value();
+  if (auto problem = check_sizes(sizes, accepted, "--keep")) return *problem;
+  if (wish.keep) return MeshTarget::keep(*wish.keep);
+  if (wish.triangles) return MeshTarget::triangles(*wish.triangles);
+  return MeshTarget::error_m(*wish.error_m);
 }
 
 /// The published algorithm knows no error, and no quality but its own options.
-proto::Result<CleapRequest> published_request(const SimplifyLine& line, const std::string& strategy) {
+proto::Result<CleapRequest> published_request(const Given& given, const SimplifyWish& wish) {
   const std::string accepted = "one of --collapses N, --keep SHARE, --triangles N";
-  if (!line.error.empty()) {
-    return proto::Problem{"options-conflict", strategy + " measures no error and can promise none",
+  if (wish.error_m) {
+    return proto::Problem{"options-conflict", wish.strategy + " measures no error and can promise none",
                           accepted + "; or --strategy waves", "--error"};
   }
-  if (line.quality != "default") {
+  if (wish.quality != "default") {
     return proto::Problem{"options-conflict", "--quality is an option of waves", "--strategy waves", "--quality"};
   }
-  const int given = !line.keep.empty() + !line.triangles.empty() + !line.collapses.empty();
-  if (auto problem = check_wishes(given, accepted, "--collapses")) return *problem;
-  auto request = cleap_request(strategy, line.cleap);
+  const int sizes = wish.keep.has_value() + wish.triangles.has_value() + wish.collapses.has_value();
+  if (auto problem = check_sizes(sizes, accepted, "--collapses")) return *problem;
+  auto request = checked_cleap(wish.cleap, wish.strategy, given);
   if (!request) return request;
-  if (!line.keep.empty()) {
-    const auto kept = share(line.keep);
-    if (!kept) return kept.problem();
-    request->keep = *kept;
-    return request;
-  }
-  const bool collapses = !line.collapses.empty();
-  const auto counted = collapses ? count("--collapses", line.collapses) : count("--triangles", line.triangles);
-  if (!counted) return counted.problem();
-  (collapses ? request->target.collapses : request->target.triangles) = *counted;
+  request->keep = wish.keep.value_or(request->keep);
+  request->target.collapses = wish.collapses.value_or(request->target.collapses);
+  request->target.triangles = wish.triangles.value_or(request->target.triangles);
   return request;
 }
 
-proto::Result<Quality> quality_of(const std::string& text) {
-  std::string choice;
-  if (const Complaint complaint = read_choice(text, {"fast", "default", "best", "minimax"}, &choice)) {
-    return wrong_value("--quality", text, *complaint, "fast, default, best or minimax");
-  }
-  if (choice == "fast") return Quality::fast;
-  if (choice == "best") return Quality::best;
-  return choice == "minimax" ? Quality::minimax : Quality::default_;
+Quality quality_of(const std::string& text) {
+  if (text == "fast") return Quality::fast;
+  if (text == "best") return Quality::best;
+  return text == "minimax" ? Quality::minimax : Quality::default_;
 }
 
 }  // namespace
 
+const std::vector<OptionOf<SimplifyWish>>& simplify_options() {
+  static const std::vector<OptionOf<SimplifyWish>> kOptions = make_simplify_options();
+  return kOptions;
+}
+
 proto::Result<SimplifyRequest> simplify_request(const SimplifyLine& line) {
-  SimplifyRequest request;
   if (line.output.empty()) {
     return proto::Problem{"usage", "simplify needs to know where to write", "-o FILE.ply, -o FILE.off or -o FILE.obj",
                           "--output"};
   }
-  std::string strategy;
-  if (const Complaint complaint = read_choice(line.strategy, {"waves", "cleap", "sequential"}, &strategy)) {
-    return wrong_value("--strategy", line.strategy, *complaint, "waves, cleap or sequential");
-  }
-  request.strategy = strategy;
-  if (strategy == "waves") {
-    const auto target = target_of(line);
+  SimplifyWish wish;
+  if (auto problem = read_options(simplify_options(), line.given, {.spelling = Spelling::command_line}, wish)) return *problem;
+  SimplifyRequest request;
+  request.strategy = wish.strategy;
+  request.threads = request.options.threads = wish.threads;
+  request.options.device = wish.device;
+  if (wish.strategy == "waves") {
+    const auto target = target_of(line.given, wish);
     if (!target) return target.problem();
     request.target = *target;
-    const auto quality = quality_of(line.quality);
-    if (!quality) return quality.problem();
-    request.options.quality = *quality;
-  } else {
-    const auto published = published_request(line, strategy);
-    if (!published) return published.problem();
-    request.cleap = *published;
+    request.options.quality = quality_of(wish.quality);
+    return request;
   }
-  if (const Complaint complaint = read_device(line.device, &request.options.device)) {
-    return wrong_value("--device", line.device, *complaint, "auto, cpu, cuda or cuda:N");
-  }
-  std::uint32_t threads = 0;
-  if (const Complaint complaint = read_whole(line.threads, {0, 1024}, &threads)) {
-    return wrong_value("--threads", line.threads, *complaint, "0 to 1024");
-  }
-  request.threads = request.options.threads = threads;
-  if (request.cleap) {
-    request.cleap->options.device = strategy == "sequential" && line.device == "auto" ? "cpu" : request.options.device;
-    request.cleap->options.threads = strategy == "sequential" ? 1 : threads;
-  }
+  auto published = published_request(line.given, wish);
+  if (!published) return published.problem();
+  const bool one_by_one = wish.strategy == "sequential";
+  published->options.device = one_by_one && wish.device == "auto" ? "cpu" : wish.device;
+  published->options.threads = one_by_one ? 1 : wish.threads;
+  request.cleap = *published;
   return request;
 }
 

@@ -17,8 +17,9 @@ using proto::Problem;
 /// Of the options, those that belong to a raster and not to the dataset.
 bool is_of_raster(const std::string& name) {
   const std::vector<OptionSpec> own = raster_options();
-  return std::any_of(own.begin(), own.end(),
-                     [&](const OptionSpec& option) { return option.name != "name" && spelt(option, Spelling::query) == name; });
+  return std::any_of(own.begin(), own.end(), [&](const OptionSpec& option) {
+    return option.name != "name" && spelt(option.name, Spelling::query) == name;
+  });
 }
 
 /// As a query spells them: "--vertical-datum" is vertical_datum.
@@ -26,7 +27,7 @@ Given as_query(const Given& options) {
   Given query;
   for (const OptionSpec& option : post_options()) {
     for (const auto& [name, value] : options) {
-      if (name == spelt(option, Spelling::command_line)) query.emplace_back(spelt(option, Spelling::query), value);
+      if (name == spelt(option.name, Spelling::command_line)) query.emplace_back(spelt(option.name, Spelling::query), value);
     }
   }
   return query;

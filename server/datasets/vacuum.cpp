@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::uintmax_t size_of(const fs::path& path) {
+std::uintmax_t bytes_below(const fs::path& path) {
   std::error_code ignored;
   if (!fs::is_directory(path, ignored)) {
     const auto size = fs::file_size(path, ignored);
@@ -27,7 +27,7 @@ std::uintmax_t size_of(const fs::path& path) {
 }
 
 void remove(const fs::path& path, Vacuumed& done) {
-  const auto bytes = size_of(path);
+  const auto bytes = bytes_below(path);
   std::error_code error;
   fs::remove_all(path, error);
   if (error) return;
@@ -92,9 +92,9 @@ proto::Result<Vacuumed> vacuum(const Layout& layout, Orphans orphans) {
         done.bytes += *saved;
       }
     }
-    const auto before = size_of(layout.registry());
+    const auto before = bytes_below(layout.registry());
     (*registry)->compact();
-    const auto after = size_of(layout.registry());
+    const auto after = bytes_below(layout.registry());
     done.bytes += before > after ? before - after : 0;
   } catch (const RegistryError& broken) { return unusable(broken.what()); }
   return done;

@@ -101,19 +101,15 @@ const std::vector<CleapOption>& cleap_options() {
   return kOptions;
 }
 
-proto::Result<CleapRequest> cleap_request(const std::string& strategy, const std::map<std::string, std::string>& given) {
-  CleapRequest request;
-  Given words;
-  for (const auto& [name, value] : given) words.emplace_back("--" + name, value);
-  if (auto problem = read_options(cleap_options(), words, {.dashes = "--"}, request)) return *problem;
+proto::Result<CleapRequest> checked_cleap(CleapRequest request, const std::string& strategy, const Given& given) {
   if (strategy != "sequential") return request;
-  for (const char* name : {"window", "lock", "come-back"}) {
-    if (!given.contains(name)) continue;
-    return proto::Problem{"options-conflict", std::string("sequential tries one edge after the other: there is no --") + name,
-                          "--strategy cleap", std::string("--") + name};
+  for (const char* name : {"--window", "--lock", "--come-back"}) {
+    if (!is_given(given, name)) continue;
+    return proto::Problem{"options-conflict", std::string("sequential tries one edge after the other: there is no ") + name,
+                          "--strategy cleap", name};
   }
   request.options.window = 1;
-  if (!given.contains("repair")) request.options.repair = Repair::around;
+  if (!is_given(given, "--repair")) request.options.repair = Repair::around;
   return request;
 }
 

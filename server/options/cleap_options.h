@@ -1,6 +1,5 @@
 #pragma once
 // What cordillera simplify may be told of the strategies `cleap` and `sequential`, the published algorithm (gpu/cleap).
-#include <map>
 #include <string>
 #include <vector>
 
@@ -20,7 +19,7 @@ struct CleapRequest {
 using CleapOption = OptionOf<CleapRequest>;
 const std::vector<CleapOption>& cleap_options();
 
-/// given: by name, of the table.
-proto::Result<CleapRequest> cleap_request(const std::string& strategy, const std::map<std::string, std::string>& given);
+/// The same for a strategy, with what `sequential` has of its own. given: as on the command line.
+proto::Result<CleapRequest> checked_cleap(CleapRequest request, const std::string& strategy, const Given& given);
 
 }  // namespace cordillera::server

@@ -66,12 +66,11 @@ const std::vector<MeshOption>& mesh_options() {
 }
 
 proto::Result<MeshRequest> mesh_request(const Given& given, Spelling spelling) {
-  const std::string dashes = spelling == Spelling::command_line ? "--" : "";
   MeshRequest request;
-  if (auto problem = read_options(mesh_options(), given, {.dashes = dashes}, request)) return *problem;
+  if (auto problem = read_options(mesh_options(), given, {.spelling = spelling}, request)) return *problem;
   if (request.tile && (request.level || request.box)) {
-    return proto::Problem{"options-conflict", dashes + "tile names a place of its own", "tile, or level and bbox",
-                          dashes + "tile"};
+    const std::string tile = spelt("tile", spelling);
+    return proto::Problem{"options-conflict", tile + " names a place of its own", "tile, or level and bbox", tile};
   }
   return request;
 }

@@ -29,7 +29,8 @@ const std::vector<std::pair<const char*, Names>>& groups() {
 }  // namespace
 
 std::string group_of(const OptionSpec& option) {
-  if (option.limit != nullptr) return "Limits";
+  const auto is_it = [&](const LimitOption& limit) { return limit.option.name == option.name; };
+  if (std::any_of(limit_options().begin(), limit_options().end(), is_it)) return "Limits";
   for (const auto& [group, names] : groups()) {
     if (std::find(names.begin(), names.end(), option.name) != names.end()) return group;
   }

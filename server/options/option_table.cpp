@@ -10,6 +10,7 @@
 #include "proto/mesh.h"
 #include "raster/sample/back_projection.h"
 #include "raster/voids/filled_source.h"
+#include "raster/voids/void_height.h"
 #include "server/options/options.h"
 
 namespace cordillera::server {
@@ -19,7 +20,7 @@ constexpr double kGreatest = std::numeric_limits<double>::max();
 
 Complaint apply_error(std::string_view text, Settings& settings) {
   double value = 0;
-  if (auto complaint = read_number(text, {0.01, 1e6}, &value)) return complaint;
+  if (auto complaint = read_number(text, {pipeline::kLeastError_m, pipeline::kGreatestError_m}, &value)) return complaint;
   settings.build.set_error(value);
   settings.build.clear_keep();
   return std::nullopt;
@@ -28,11 +29,7 @@ Complaint apply_error(std::string_view text, Settings& settings) {
 Complaint apply_keep(std::string_view text, Settings& settings) {
   std::vector<double> shares;
   if (auto complaint = read_numbers(text, {0, 1}, &shares)) return complaint;
-  if (shares.size() > proto::kMaxLevel + 1) return "more shares than there can be levels";
-  for (std::size_t i = 0; i < shares.size(); ++i) {
-    if (shares[i] <= 0) return "share " + std::to_string(i + 1) + " is not above 0";
-    if (i > 0 && shares[i] > shares[i - 1]) return "share " + std::to_string(i + 1) + " is greater than the one before";
-  }
+  if (auto wrong = pipeline::wrong_with_keep(shares)) return wrong;
   settings.build.mutable_keep()->Assign(shares.begin(), shares.end());
   settings.build.clear_error();
   return std::nullopt;
@@ -56,12 +53,7 @@ Complaint apply_voids(std::string_view text, Settings& settings) {
     settings.build.set_voids(value);
     return std::nullopt;
   }
-  double height_m = 0;
-  if (read_number(text, {-kGreatest, kGreatest}, &height_m)) return "not a number, and neither fill nor hole";
-  if (height_m > proto::kMaxHeight_m) return "higher than any height may be";
-  if (height_m < raster::kLeastVoidHeight_m) {
-    return "pits deeper than any land; nodata=" + std::string(text) + " says that this value means no data";
-  }
+  if (const auto height_m = raster::void_height_m(std::string(text)); !height_m) return height_m.problem().detail;
   settings.build.set_voids(std::string(text));
   return std::nullopt;
 }
@@ -77,9 +69,9 @@ Complaint apply_band(std::string_view text, Settings& settings) {
 
 Complaint apply_nodata(std::string_view text, Settings& settings) {
   double value = 0;
-  std::string nan;
-  if (!read_choice(text, {"nan"}, &nan)) {
-    settings.build.set_nodata(nan);
+  std::string word;
+  if (!read_choice(text, {"nan"}, &word)) {
+    settings.build.set_nodata(word);
     return std::nullopt;
   }
   if (auto complaint = read_number(text, {-kGreatest, kGreatest}, &value)) return "neither a number nor nan";
@@ -136,19 +128,11 @@ Complaint apply_number(std::string_view text, Settings& settings) {
 /// What each of several rasters may have of its own.
 constexpr std::string_view kOfRaster[] = {"name", "band", "crs", "vertical-datum", "nodata", "voids", "z-scale", "z-offset"};
 
-std::vector<OptionSpec> with_marks(std::vector<OptionSpec> options) {
-  for (OptionSpec& option : options) {
-    option.of_raster = std::find(std::begin(kOfRaster), std::end(kOfRaster), option.name) != std::end(kOfRaster);
-    if (option.name == "nodata") option.alias = "source-nodata";
-  }
-  return options;
-}
-
 std::vector<OptionSpec> make_build_options() {
   constexpr std::uint32_t kLevel = proto::kMaxLevel;
   constexpr int kHeight_m = static_cast<int>(proto::kMaxHeight_m);
   const std::string level = "a level from 0 to " + std::to_string(kLevel);
-  return with_marks({
+  return {
       {"name", "NAME", "what the raster is called; an .hgt knows its place only by this", "text, such as N44W072.hgt",
        apply_text<&BuildOptions::mutable_name>},
       {"band", "BAND", "which band of the file holds the heights, or which of several rasters in it (NetCDF, GeoPackage)",
@@ -166,7 +150,7 @@ std::vector<OptionSpec> make_build_options() {
        apply_datum},
       {"nodata", "VALUE",
        "a value of the raster that means no data, beside the one that the file declares; before scale and offset",
-       "a number as it stands in the file, such as -9999, or nan", apply_nodata},
+       "a number as it stands in the file, such as -9999, or nan", apply_nodata, "source-nodata"},
       {"voids", "WHAT", "what becomes of places without data: fill closes those that data encloses with a smooth surface",
        "fill, hole, or a height in metres, -500 to 16384, that is put there (of one raster among several: a height)",
        apply_voids},
@@ -190,7 +174,7 @@ std::vector<OptionSpec> make_build_options() {
       {"quality", "QUALITY", "with error: fast leaves out what makes the triangles fewer, best takes more time for it",
        "fast, default or best",
        [](std::string_view text, Settings& settings) {
-         return read_choice(text, {"fast", "default", "best"}, settings.build.mutable_quality());
+         return read_choice(text, {pipeline::kQualities.begin(), pipeline::kQualities.end()}, settings.build.mutable_quality());
        }},
       {"pixels", "PIXELS",
        "exact: the finest level keeps its error at the raster's own pixels, too; lattice: at the samples of the level alone, "
@@ -225,7 +209,7 @@ std::vector<OptionSpec> make_build_options() {
        [](std::string_view text, Settings& settings) { return read_imagery(text, settings.build.mutable_imagery()); }},
       {"dry-run", "", "say levels, tiles, bytes and time expected; build nothing", "1 or 0",
        [](std::string_view text, Settings& settings) { return read_switch(text, &settings.dry_run); }},
-  });
+  };
 }
 
 std::vector<OptionSpec> make_posting_options() {
@@ -253,6 +237,14 @@ std::vector<OptionSpec> make_posting_options() {
 const std::vector<OptionSpec>& build_options() {
   static const std::vector<OptionSpec> table = make_build_options();
   return table;
+}
+
+std::vector<OptionSpec> raster_options() {
+  std::vector<OptionSpec> own;
+  std::copy_if(build_options().begin(), build_options().end(), std::back_inserter(own), [](const OptionSpec& option) {
+    return std::find(std::begin(kOfRaster), std::end(kOfRaster), option.name) != std::end(kOfRaster);
+  });
+  return own;
 }
 
 const std::vector<OptionSpec>& posting_options() {

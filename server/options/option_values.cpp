@@ -64,6 +64,8 @@ Complaint read_whole(std::string_view text, WholeRange range, std::uint32_t* out
   return std::nullopt;
 }
 
+std::string accepted_in(WholeRange range) { return std::to_string(range.least) + " to " + std::to_string(range.greatest); }
+
 Complaint read_numbers(std::string_view text, NumberRange range, std::vector<double>* out) {
   std::vector<double> values;
   while (true) {
@@ -187,16 +189,6 @@ std::string quotable(const std::string& text, std::size_t most) { return is_utf8
 proto::Problem wrong_value(const std::string& name, const std::string& value, const std::string& complaint,
                            const std::string& accepted) {
   return {"option-invalid", name + "='" + quotable(value, 200) + "': " + complaint, accepted, name};
-}
-
-proto::Problem unknown_name(const std::string& what, const std::string& name, const std::string& rest,
-                            const std::string& accepted) {
-  const std::string shown = quotable(name);
-  return {"option-unknown", what + " '" + shown + "'" + rest, accepted, shown};
-}
-
-proto::Problem given_twice(const std::string& name, const std::string& accepted) {
-  return {"option-repeated", quotable(name) + " is given twice", accepted, quotable(name)};
 }
 
 }  // namespace cordillera::server

@@ -30,6 +30,8 @@ struct WholeRange {
   std::uint32_t greatest = 0;
 };
 Complaint read_whole(std::string_view text, WholeRange range, std::uint32_t* out);
+/// "0 to 1024".
+std::string accepted_in(WholeRange range);
 
 /// Numbers between commas; every one within the range.
 Complaint read_numbers(std::string_view text, NumberRange range, std::vector<double>* out);
@@ -65,13 +67,6 @@ std::string quotable(const std::string& text, std::size_t most = 100);
 /// "option-invalid" of a value that a complaint was made about.
 proto::Problem wrong_value(const std::string& name, const std::string& value, const std::string& complaint,
                            const std::string& accepted);
-
-/// "option-unknown": "WHAT 'NAME'REST", as in "unknown option 'eror'; did you mean error?".
-proto::Problem unknown_name(const std::string& what, const std::string& name, const std::string& rest,
-                            const std::string& accepted);
-
-/// "option-repeated".
-proto::Problem given_twice(const std::string& name, const std::string& accepted);
 
 /// The candidate nearest to name by edit distance, if it is near enough to be what was meant.
 std::optional<std::string> nearest_name(std::string_view name, const std::vector<std::string>& candidates);

@@ -16,129 +16,80 @@ namespace {
 
 const std::string kVariable = "CORDILLERA_";
 
-std::string underscored(std::string name) {
-  std::replace(name.begin(), name.end(), '-', '_');
-  return name;
-}
-
-using Found = std::vector<OptionSpec>::const_iterator;
-
-/// The combinations that no single option can refuse.
-proto::Result<void> check_together(const Settings& settings, Spelling spelling) {
-  const proto::BuildOptions& build = settings.build;
-  const auto name = [spelling](const char* plain) { return spelt({plain, "", "", "", nullptr}, spelling); };
-  if (build.has_min_level() && build.has_max_level() && build.min_level() > build.max_level()) {
-    return proto::Problem{"option-invalid",
-                          name("min-level") + "=" + std::to_string(build.min_level()) + " is above " + name("max-level") + "=" +
-                              std::to_string(build.max_level()),
-                          "a least level no finer than the finest", name("min-level")};
-  }
-  return {};
-}
-
 std::string trimmed(std::string_view text) { return std::string(proto::trimmed(text, " \t\r")); }
 
-proto::Problem unknown_option(const std::string& name, const std::vector<OptionSpec>& table, Spelling spelling) {
-  std::vector<std::string> names;
-  std::string all;
-  for (const OptionSpec& option : table) {
-    names.push_back(spelt(option, spelling));
-    all += (all.empty() ? "" : ", ") + names.back();
-  }
-  auto nearest = nearest_name(name, names);
-  if (const auto meant = meant_by_habit(name)) {
-    const std::string word = spelt({*meant, "", "", "", nullptr}, spelling);
-    if (std::find(names.begin(), names.end(), word) != names.end()) nearest = word;
-  }
-  const char* what = spelling == Spelling::query ? "unknown query parameter" : "unknown option";
-  const std::string hint = name == "scheme" ? ": it had one value, and is left out now"
-                           : nearest        ? "; did you mean " + *nearest + "?"
-                                            : "";
-  return unknown_name(what, name, hint, all);
-}
-
-/// Earlier versions took nodata=hole and nodata=fill for what voids= says now.
-std::optional<Found> meant_for_voids(const OptionSpec& option, const std::string& value, const std::vector<OptionSpec>& table) {
+bool takes_old_nodata(const std::string& value) {
   std::string word;
-  if (option.name != "nodata" || read_choice(value, {"hole", "fill"}, &word)) return std::nullopt;
-  const Found voids =
-      std::find_if(table.begin(), table.end(), [](const OptionSpec& candidate) { return candidate.name == "voids"; });
-  return voids == table.end() ? std::nullopt : std::optional(voids);
-}
-
-void note_old_nodata(const std::string& value, Spelling spelling, Settings& settings) {
-  const auto name = [spelling](const char* plain) { return spelt({plain, "", "", "", nullptr}, spelling); };
-  const std::string sentence = name("nodata") + "=" + value + " is understood as " + name("voids") + "=" + value + "; " +
-                               name("nodata") + "= takes a value that means no data";
-  auto& warnings = *settings.build.mutable_warnings();
-  if (std::find(warnings.begin(), warnings.end(), sentence) == warnings.end()) warnings.Add()->assign(sentence);
+  return !read_choice(value, {"hole", "fill"}, &word);
 }
 
 }  // namespace
 
-std::string spelt(const OptionSpec& option, Spelling spelling) {
-  switch (spelling) {
-    case Spelling::query: return underscored(option.name);
-    case Spelling::command_line: return "--" + option.name;
-    case Spelling::config_file: return option.name;
-    case Spelling::environment: break;
+std::optional<proto::Problem> check_together(const Settings& settings, const Given& given, Spelling spelling) {
+  const auto given_is = [&](const char* name) {
+    return std::any_of(given.begin(), given.end(), [&](const auto& option) {
+      return place_of(option.first, {{name, ""}}, spelling).has_value();
+    });
+  };
+  if (given_is("error") && given_is("keep")) {
+    return proto::Problem{"options-conflict", "error and keep are two ways to say how fine the levels are; both are given",
+                          "one of them", spelt("keep", spelling)};
   }
-  std::string name = kVariable + underscored(option.name);
-  for (char& c : name) c = proto::upper(c);
-  return name;
+  const proto::BuildOptions& build = settings.build;
+  if (build.has_min_level() && build.has_max_level() && build.min_level() > build.max_level()) {
+    const std::string least = spelt("min-level", spelling), most = spelt("max-level", spelling);
+    return proto::Problem{
+        "option-invalid",
+        least + "=" + std::to_string(build.min_level()) + " is above " + most + "=" + std::to_string(build.max_level()),
+        "a least level no finer than the finest", least};
+  }
+  return std::nullopt;
 }
 
-std::string alias_spelt(const OptionSpec& option, Spelling spelling) {
-  return option.alias.empty() ? "" : spelt({option.alias, "", "", "", nullptr}, spelling);
+Given in_present_words(Given given, Spelling spelling, proto::BuildOptions& build) {
+  for (auto& [name, value] : given) {
+    if (!takes_old_nodata(value) || !place_of(name, {{"nodata", ""}}, spelling)) continue;
+    const std::string nodata = spelt("nodata", spelling), voids = spelt("voids", spelling);
+    const std::string sentence =
+        nodata + "=" + value + " is understood as " + voids + "=" + value + "; " + nodata + "= takes a value that means no data";
+    auto& warnings = *build.mutable_warnings();
+    if (std::find(warnings.begin(), warnings.end(), sentence) == warnings.end()) warnings.Add()->assign(sentence);
+    name = voids;
+  }
+  return given;
 }
 
 proto::Result<Settings> with_layer(Settings settings, const std::vector<OptionSpec>& table, const Given& given,
                                    Spelling spelling) {
-  std::set<std::string> seen;
-  for (const auto& [name, value] : given) {
-    // Over HTTP the command line's spelling is understood, too.
-    const std::string said = spelling == Spelling::query ? underscored(name) : name;
-    Found option = std::find_if(table.begin(), table.end(), [&, &wanted = said](const OptionSpec& candidate) {
-      return spelt(candidate, spelling) == wanted || (!wanted.empty() && alias_spelt(candidate, spelling) == wanted);
-    });
-    if (option == table.end()) return unknown_option(name, table, spelling);
-    if (const auto voids = meant_for_voids(*option, value, table)) {
-      option = *voids;
-      note_old_nodata(value, spelling, settings);
-    }
-    if (!seen.insert(option->name).second) return given_twice(name, "each option once; lists are separated by commas");
-    if ((option->name == "error" && seen.count("keep") != 0) || (option->name == "keep" && seen.count("error") != 0)) {
-      return proto::Problem{"options-conflict", "error and keep are two ways to say how fine the levels are; both are given",
-                            "one of them", name};
-    }
-    if (const Complaint complaint = option->apply(value, settings)) {
-      return wrong_value(name, value, *complaint, option->accepted);
-    }
-  }
-  if (auto together = check_together(settings, spelling); !together) return together.problem();
+  if (auto problem = read_layer(table, given, spelling, settings, settings)) return *problem;
   return settings;
 }
 
 bool is_of_all_rasters(const std::string& name, const std::string& value) {
-  std::string word;
-  return (name == "voids" || name == "nodata") && !read_choice(value, {"hole", "fill"}, &word);
+  return (name == "voids" || name == "nodata") && takes_old_nodata(value);
 }
 
-proto::Result<Settings> with_raster_layer(Settings settings, const std::vector<OptionSpec>& table, const Given& given) {
+std::optional<proto::Problem> check_raster_layer(const Given& given) {
   for (const auto& [name, value] : given) {
     if (!is_of_all_rasters(name, value)) continue;
     return proto::Problem{"option-invalid", name + "=" + value + " is said of all rasters together, not of one of them",
                           "voids= with a height in metres, -500 to 16384, or voids= with the whole build", name};
   }
+  return std::nullopt;
+}
+
+proto::Result<Settings> with_raster_layer(Settings settings, const std::vector<OptionSpec>& table, const Given& given) {
+  if (auto problem = check_raster_layer(given)) return *problem;
   return with_layer(std::move(settings), table, given, Spelling::query);
 }
 
 Given environment_layer(const std::vector<OptionSpec>& table) {
   Given given;
   for (const OptionSpec& option : table) {
-    for (const std::string& name : {spelt(option, Spelling::environment), alias_spelt(option, Spelling::environment)}) {
-      if (name.empty()) continue;
-      if (const char* value = std::getenv(name.c_str())) given.emplace_back(name, value);
+    for (const std::string& name : {option.name, option.alias}) {
+      const std::string variable = spelt(name, Spelling::environment);
+      const char* value = name.empty() ? nullptr : std::getenv(variable.c_str());
+      if (value != nullptr) given.emplace_back(variable, value);
     }
   }
   return given;
@@ -150,8 +101,9 @@ std::vector<std::string> unread_variables() {
   std::vector<std::string> known = {"CACHE",     "BUILD_FOLDER", "ALL_TESTS", "CMAKE_ARGS", "JOB_ENVIRONMENT",
                                     "TEST_DATA", "SERVER",       "TOKEN",     "TOKEN_FILE"};
   for (const OptionSpec& option : all_options()) {
-    known.push_back(spelt(option, Spelling::environment).substr(kVariable.size()));
-    if (!option.alias.empty()) known.push_back(alias_spelt(option, Spelling::environment).substr(kVariable.size()));
+    for (const std::string& name : {option.name, option.alias}) {
+      if (!name.empty()) known.push_back(spelt(name, Spelling::environment).substr(kVariable.size()));
+    }
   }
   std::vector<std::string> sentences;
   for (char** variable = environ; variable != nullptr && *variable != nullptr; ++variable) {
@@ -185,13 +137,6 @@ proto::Result<Given> config_file_layer(const std::string& path) {
     given.emplace_back(trimmed(line.substr(0, equals)), value);
   }
   return given;
-}
-
-std::vector<OptionSpec> raster_options() {
-  std::vector<OptionSpec> own;
-  std::copy_if(build_options().begin(), build_options().end(), std::back_inserter(own),
-               [](const OptionSpec& option) { return option.of_raster; });
-  return own;
 }
 
 std::vector<OptionSpec> post_options() {

@@ -1,6 +1,5 @@
 #pragma once
-// The one table of options. Query strings, the command line, the config file and environment variables are all read through it,
-// so that a name, a range or a sentence of help cannot differ between them.
+// The tables of what a build, a POST and a service take.
 #include <algorithm>
 #include <string>
 #include <string_view>
@@ -10,7 +9,7 @@
 #include "cordillera.pb.h"
 #include "proto/cores.h"
 #include "proto/result.h"
-#include "server/options/option_values.h"
+#include "server/options/table_reader.h"
 
 namespace cordillera::server {
 
@@ -81,17 +80,7 @@ struct Settings {
   ServeSettings serve;
 };
 
-struct OptionSpec {
-  std::string name;   ///< as on the command line, without the dashes: "vertical-datum"
-  std::string value;  ///< what stands for the value in help: "METRES"; empty: a switch
-  std::string help;
-  std::string accepted;  ///< for problems and help: what values there are
-  Complaint (*apply)(std::string_view text, Settings& settings);
-  std::uint32_t Limits::*limit = nullptr;  ///< of one that GET /v1/limits shows
-  std::string unit = {};                   ///< of a limit
-  bool of_raster = false;                  ///< one raster of several may have its own
-  std::string alias = {};                  ///< an older name that still works
-};
+using OptionSpec = OptionOf<Settings>;
 
 /// What a build takes, over HTTP and on the command line alike.
 const std::vector<OptionSpec>& build_options();
@@ -106,24 +95,41 @@ const std::vector<OptionSpec>& serve_options();
 /// All: `serve` takes those of a POST as the defaults of its requests.
 std::vector<OptionSpec> all_options();
 
-/// How the user spelt a name: vertical_datum, --vertical-datum, vertical-datum or CORDILLERA_VERTICAL_DATUM.
-enum class Spelling { query, command_line, config_file, environment };
-std::string spelt(const OptionSpec& option, Spelling spelling);
-/// The same of its older name; empty: it has none.
-std::string alias_spelt(const OptionSpec& option, Spelling spelling);
+/// One of serve_options() that GET /v1/limits shows.
+struct LimitOption {
+  OptionSpec option;
+  std::uint32_t Limits::*field;
+  std::string unit;
+};
+const std::vector<LimitOption>& limit_options();
 
-/// One layer of options, in the order given: names as the user spelt them.
-using Given = std::vector<std::pair<std::string, std::string>>;
+/// What no option of a build can refuse alone: error and keep replace each other between layers, and within one layer they are a
+/// contradiction; a least level above the finest. given: the layer that the settings have taken last.
+std::optional<proto::Problem> check_together(const Settings& settings, const Given& given, Spelling spelling);
+/// Earlier versions took nodata=hole and nodata=fill for what voids= says now; build gets a warning.
+Given in_present_words(Given given, Spelling spelling, proto::BuildOptions& build);
 
-/// Puts a layer over settings. error and keep replace each other between layers; within one layer they are a contradiction.
-/// An unknown name, a repeated one or a bad value is a Problem that names it and what is accepted.
+/// Reads a table with options of a build or a service among its rows, and checks what they say together. settings: those of the
+/// wish. Problems as read_options.
+template <class Wish>
+std::optional<proto::Problem> read_layer(const std::vector<OptionOf<Wish>>& table, const Given& given, Spelling spelling,
+                                         Wish& wish, Settings& settings) {
+  const Given present = in_present_words(given, spelling, settings.build);
+  if (auto problem = read_options(table, present, {.spelling = spelling}, wish)) return problem;
+  return check_together(settings, given, spelling);
+}
+
+/// Puts a layer over settings, and checks them. An unknown name, a repeated one or a bad value is a Problem that names it and
+/// what is accepted.
 proto::Result<Settings> with_layer(Settings settings, const std::vector<OptionSpec>& table, const Given& given,
                                    Spelling spelling);
 
 /// A raster's voids are filled with those of all, or not at all: voids=fill and voids=hole cannot be said of one. As a query has
 /// it.
 bool is_of_all_rasters(const std::string& name, const std::string& value);
-/// The same layer for one raster of several, whose options stand over those of all; voids= is a height here.
+/// "option-invalid" of the first that cannot be said of one raster.
+std::optional<proto::Problem> check_raster_layer(const Given& given);
+/// A layer for one raster of several, whose options stand over those of all.
 proto::Result<Settings> with_raster_layer(Settings settings, const std::vector<OptionSpec>& table, const Given& given);
 
 /// The variables of the table that are set in this process's environment.

@@ -74,9 +74,20 @@ Complaint apply_source_allow(std::string_view text, Settings& settings) {
   return complaint;
 }
 
-template <std::uint32_t Limits::*field, std::uint32_t least, std::uint32_t greatest>
-Complaint apply_limit(std::string_view text, Settings& settings) {
-  return read_whole(text, {least, greatest}, &(settings.serve.limits.*field));
+/// value: what stands for it in help.
+LimitOption limit(const char* name, const char* value, const char* help, WholeRange range, std::uint32_t Limits::*field,
+                  const char* unit) {
+  const auto apply = [range, field](std::string_view text, Settings& settings) {
+    return read_whole(text, range, &(settings.serve.limits.*field));
+  };
+  return {{name, value, help, accepted_in(range), apply}, field, unit};
+}
+
+OptionSpec number(const char* name, const char* value, const char* help, WholeRange range, std::uint32_t ServeSettings::*field) {
+  const auto apply = [range, field](std::string_view text, Settings& settings) {
+    return read_whole(text, range, &(settings.serve.*field));
+  };
+  return {name, value, help, accepted_in(range), apply};
 }
 
 std::vector<OptionSpec> make_serve_options() {
@@ -89,10 +100,7 @@ std::vector<OptionSpec> make_serve_options() {
        apply_path<&ServeSettings::web>},
       {"geoids", "DIRS", "folders of geoid grids that requests may name as vertical_datum", "folders, separated by colons",
        apply_path<&ServeSettings::geoids>},
-      {"jobs", "N", "builds that run at the same time", "1 to 64",
-       [](std::string_view text, Settings& settings) {
-         return read_whole(text, {1, 64}, &settings.serve.jobs);
-       }},
+      number("jobs", "N", "builds that run at the same time", {1, 64}, &ServeSettings::jobs),
       {"log-level", "LEVEL", "what is logged to stderr", "debug, info, warn or error",
        [](std::string_view text, Settings& settings) {
          return read_choice(text, {"debug", "info", "warn", "error"}, &settings.serve.log_level);
@@ -115,21 +123,14 @@ std::vector<OptionSpec> make_serve_options() {
        apply_mounts},
       {"live", "FOLDER", "every raster in this folder and below it is a dataset: found, changed and gone while the service runs",
        "a folder", apply_path<&ServeSettings::live>},
-      {"cache-size", "MIB", "memory for what was read of mounted datasets, MiB", "1 to 1048576",
-       [](std::string_view text, Settings& settings) {
-         return read_whole(text, {1, 1u << 20}, &settings.serve.cache_mib);
-       }},
-      {"keep-versions", "N", "earlier versions that are kept of a dataset whose rasters change", "0 to 100",
-       [](std::string_view text, Settings& settings) {
-         return read_whole(text, {0, 100}, &settings.serve.keep_versions);
-       }},
+      number("cache-size", "MIB", "memory for what was read of mounted datasets, MiB", {1, 1u << 20}, &ServeSettings::cache_mib),
+      number("keep-versions", "N", "earlier versions that are kept of a dataset whose rasters change", {0, 100},
+             &ServeSettings::keep_versions),
       {"source-allow", "PREFIXES", "addresses that the service may fetch rasters from (source=); without it none",
        "beginnings of http://, https:// or s3:// addresses with a / behind the host, separated by commas", apply_source_allow},
-      {"live-fresh", "SECONDS",
-       "how long a raster that /v1/live has fetched counts as the same before its address is asked again", "0 to 86400",
-       [](std::string_view text, Settings& settings) {
-         return read_whole(text, {0, 86400}, &settings.serve.live_fresh_seconds);
-       }},
+      number("live-fresh", "SECONDS",
+             "how long a raster that /v1/live has fetched counts as the same before its address is asked again", {0, 86400},
+             &ServeSettings::live_fresh_seconds),
       {"live-open", "", "let everybody who may read have rasters fetched by /v1/live, not only who may post", "1 or 0",
        [](std::string_view text, Settings& settings) { return read_switch(text, &settings.serve.live_open); }},
       {"audit-log", "FILE", "where a line is written for every request that writes; default: audit.jsonl in the data folder",
@@ -137,66 +138,66 @@ std::vector<OptionSpec> make_serve_options() {
   };
 }
 
-std::vector<OptionSpec> make_limits() {
+std::vector<LimitOption> make_limits() {
   return {
-      {"body-limit", "MIB", "greatest raster that may be posted, MiB", "1 to 16777216",
-       apply_limit<&Limits::body_mib, 1, 1u << 24>, &Limits::body_mib, "MiB"},
-      {"max-megapixels", "N", "most pixels of a posted raster, millions", "1 to 68719",
-       apply_limit<&Limits::megapixels, 1, 68719>, &Limits::megapixels, "million pixels"},
-      {"max-side", "PIXELS", "longest side of a posted raster, pixels", "1 to 2147483647",
-       apply_limit<&Limits::side, 1, 2147483647>, &Limits::side, "pixels"},
-      {"max-datasets", "N", "datasets that are kept at the same time", "1 to 10000000",
-       apply_limit<&Limits::datasets, 1, 10000000>, &Limits::datasets, "datasets"},
-      {"max-queue", "N", "builds that wait for their turn; further posts are told to come again", "1 to 100000",
-       apply_limit<&Limits::queue, 1, 100000>, &Limits::queue, "builds"},
-      {"max-uploads", "N", "uploads at the same time", "1 to 1000", apply_limit<&Limits::uploads, 1, 1000>, &Limits::uploads,
-       "uploads"},
-      {"max-client-uploads", "N", "uploads of one token, or of one address without tokens, at the same time", "1 to 1000",
-       apply_limit<&Limits::client_uploads, 1, 1000>, &Limits::client_uploads, "uploads"},
-      {"max-build-time", "SECONDS", "how long one build may take, whatever its raster", "1 to 31536000",
-       apply_limit<&Limits::build_seconds, 1, 31536000>, &Limits::build_seconds, "seconds"},
-      {"build-time-base", "SECONDS", "how long the build of a small raster may take; larger ones may take longer",
-       "1 to 31536000", apply_limit<&Limits::build_base_seconds, 1, 31536000>, &Limits::build_base_seconds, "seconds"},
-      {"build-time-per-mib", "SECONDS", "how much longer a build may take for each MiB of its rasters", "0 to 31536000",
-       apply_limit<&Limits::build_seconds_per_mib, 0, 31536000>, &Limits::build_seconds_per_mib, "seconds per MiB"},
-      {"max-connections", "N", "connections at the same time; beyond them the longest idle one makes room", "16 to 100000",
-       apply_limit<&Limits::connections, 16, 100000>, &Limits::connections, "connections"},
-      {"max-client-connections", "N", "connections of one address at the same time", "1 to 100000",
-       apply_limit<&Limits::client_connections, 1, 100000>, &Limits::client_connections, "connections"},
-      {"max-client-streams", "N", "event streams and waiting requests of one address at the same time", "1 to 512",
-       apply_limit<&Limits::client_streams, 1, 512>, &Limits::client_streams, "clients"},
-      {"max-wait", "SECONDS", "how long a request may wait for a tile that is still to be made; 0: no request waits", "0 to 600",
-       apply_limit<&Limits::wait_seconds, 0, 600>, &Limits::wait_seconds, "seconds"},
-      {"max-unsent", "MIB", "memory of large answers that clients have yet to read, MiB; what several share counts once",
-       "1 to 1048576", apply_limit<&Limits::unsent_mib, 1, 1u << 20>, &Limits::unsent_mib, "MiB"},
-      {"max-client-unsent", "MIB", "the same of one address", "1 to 1048576",
-       apply_limit<&Limits::client_unsent_mib, 1, 1u << 20>, &Limits::client_unsent_mib, "MiB"},
-      {"min-rate", "BYTES",
-       "bytes a second that a client must send or read on average, once it has kept the server waiting for 10 s, and a host "
-       "that a raster is fetched from likewise",
-       "1 to 1000000000", apply_limit<&Limits::min_rate, 1, 1000000000>, &Limits::min_rate, "bytes per second"},
-      {"answer-timeout", "SECONDS",
-       "how long a client may keep the server waiting while it reads an answer: a large one has to be read faster than min-rate",
-       "11 to 86400", apply_limit<&Limits::answer_seconds, 11, 86400>, &Limits::answer_seconds, "seconds"},
-      {"head-timeout", "SECONDS", "how long the head of a request may take", "1 to 3600",
-       apply_limit<&Limits::head_seconds, 1, 3600>, &Limits::head_seconds, "seconds"},
-      {"idle-timeout", "SECONDS", "how long a connection may stay without a request", "1 to 86400",
-       apply_limit<&Limits::idle_seconds, 1, 86400>, &Limits::idle_seconds, "seconds"},
-      {"cache-limit", "MIB",
-       "disk for what was fetched by /v1/live and for blocks that lazy datasets have made, MiB; what was read longest ago goes "
-       "first; 0: no limit",
-       "0 to 1073741824", apply_limit<&Limits::cache_mib, 0, 1u << 30>, &Limits::cache_mib, "MiB"},
-      {"min-disk-free", "PERCENT", "share of the disk that posts and builds leave free", "0 to 100",
-       apply_limit<&Limits::free_percent, 0, 100>, &Limits::free_percent, "percent"},
+      limit("body-limit", "MIB", "greatest raster that may be posted, MiB", {1, 1u << 24}, &Limits::body_mib, "MiB"),
+      limit("max-megapixels", "N", "most pixels of a posted raster, millions", {1, 68719}, &Limits::megapixels, "million pixels"),
+      limit("max-side", "PIXELS", "longest side of a posted raster, pixels", {1, 2147483647}, &Limits::side, "pixels"),
+      limit("max-datasets", "N", "datasets that are kept at the same time", {1, 10000000}, &Limits::datasets, "datasets"),
+      limit("max-queue", "N", "builds that wait for their turn; further posts are told to come again", {1, 100000},
+            &Limits::queue, "builds"),
+      limit("max-uploads", "N", "uploads at the same time", {1, 1000}, &Limits::uploads, "uploads"),
+      limit("max-client-uploads", "N", "uploads of one token, or of one address without tokens, at the same time", {1, 1000},
+            &Limits::client_uploads, "uploads"),
+      limit("max-build-time", "SECONDS", "how long one build may take, whatever its raster", {1, 31536000},
+            &Limits::build_seconds, "seconds"),
+      limit("build-time-base", "SECONDS", "how long the build of a small raster may take; larger ones may take longer",
+            {1, 31536000}, &Limits::build_base_seconds, "seconds"),
+      limit("build-time-per-mib", "SECONDS", "how much longer a build may take for each MiB of its rasters", {0, 31536000},
+            &Limits::build_seconds_per_mib, "seconds per MiB"),
+      limit("max-connections", "N", "connections at the same time; beyond them the longest idle one makes room", {16, 100000},
+            &Limits::connections, "connections"),
+      limit("max-client-connections", "N", "connections of one address at the same time", {1, 100000},
+            &Limits::client_connections, "connections"),
+      limit("max-client-streams", "N", "event streams and waiting requests of one address at the same time", {1, 512},
+            &Limits::client_streams, "clients"),
+      limit("max-wait", "SECONDS", "how long a request may wait for a tile that is still to be made; 0: no request waits",
+            {0, 600}, &Limits::wait_seconds, "seconds"),
+      limit("max-unsent", "MIB", "memory of large answers that clients have yet to read, MiB; what several share counts once",
+            {1, 1u << 20}, &Limits::unsent_mib, "MiB"),
+      limit("max-client-unsent", "MIB", "the same of one address", {1, 1u << 20}, &Limits::client_unsent_mib, "MiB"),
+      limit("min-rate", "BYTES",
+            "bytes a second that a client must send or read on average, once it has kept the server waiting for 10 s, and a host "
+            "that a raster is fetched from likewise",
+            {1, 1000000000}, &Limits::min_rate, "bytes per second"),
+      limit("answer-timeout", "SECONDS",
+            "how long a client may keep the server waiting while it reads an answer: a large one has to be read faster than "
+            "min-rate",
+            {11, 86400}, &Limits::answer_seconds, "seconds"),
+      limit("head-timeout", "SECONDS", "how long the head of a request may take", {1, 3600}, &Limits::head_seconds, "seconds"),
+      limit("idle-timeout", "SECONDS", "how long a connection may stay without a request", {1, 86400}, &Limits::idle_seconds,
+            "seconds"),
+      limit("cache-limit", "MIB",
+            "disk for what was fetched by /v1/live and for blocks that lazy datasets have made, MiB; what was read longest ago "
+            "goes "
+            "first; 0: no limit",
+            {0, 1u << 30}, &Limits::cache_mib, "MiB"),
+      limit("min-disk-free", "PERCENT", "share of the disk that posts and builds leave free", {0, 100}, &Limits::free_percent,
+            "percent"),
   };
 }
 
 }  // namespace
 
+const std::vector<LimitOption>& limit_options() {
+  static const std::vector<LimitOption> table = make_limits();
+  return table;
+}
+
 const std::vector<OptionSpec>& serve_options() {
   static const std::vector<OptionSpec> table = [] {
     std::vector<OptionSpec> all = make_serve_options();
-    for (OptionSpec& limit : make_limits()) all.push_back(std::move(limit));
+    for (const LimitOption& limit : limit_options()) all.push_back(limit.option);
     return all;
   }();
   return table;

@@ -60,6 +60,7 @@ std::optional<std::string> meant_by_habit(std::string word) {
     std::string_view option, words;  ///< between blanks
   };
   static constexpr Habit kHabits[] = {
+      {"source", " url file raster path "},
       {"crs", " epsg srs srid proj projection a-srs s-srs t-srs source-srs input-srs "},
       {"z-scale", " unit units z-factor zfactor exaggeration vertical-exaggeration "},
       {"max-level", " zoom maxzoom max-zoom maxlevel max resolution tr tile-depth tiledepth start-zoom zoom-level "},
@@ -92,7 +93,7 @@ std::string as_typed(const std::string& sentence) {
   static const std::set<std::string> kNames = [] {
     std::set<std::string> names;
     for (const OptionSpec& option : post_options())
-      names.insert({spelt(option, Spelling::query), alias_spelt(option, Spelling::query)});
+      names.insert({spelt(option.name, Spelling::query), spelt(option.alias, Spelling::query)});
     for (const MeshOption& option : mesh_options()) names.insert(option.name);
     names.erase("");
     return names;
@@ -114,7 +115,7 @@ std::string as_typed(const std::string& sentence) {
       at += std::max<std::size_t>(1, word.size());
       continue;
     }
-    out += spelt({word, "", "", "", nullptr}, Spelling::command_line);
+    out += spelt(word, Spelling::command_line);
     std::replace(out.end() - static_cast<std::ptrdiff_t>(word.size()), out.end(), '_', '-');
     at = end;
     const bool valued =

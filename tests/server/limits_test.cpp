@@ -165,15 +165,12 @@ TEST(Limits, AreShownAsTheyAre) {
   TestService test(settings);
   const Json shown = body_of(test.get("/v1/limits"));
   EXPECT_EQ(shown["limits"]["max_queue"]["value"], 7);
-  int limits = 0;
-  for (const OptionSpec& option : serve_options()) {
-    if (option.limit == nullptr) continue;
-    ++limits;
-    const Json& one = shown["limits"][spelt(option, Spelling::query)];
-    EXPECT_EQ(one["value"], settings.serve.limits.*option.limit) << option.name;
+  for (const auto& [option, field, unit] : limit_options()) {
+    const Json& one = shown["limits"][spelt(option.name, Spelling::query)];
+    EXPECT_EQ(one["value"], settings.serve.limits.*field) << option.name;
     EXPECT_FALSE(std::string(one["unit"]).empty()) << option.name;
   }
-  EXPECT_GE(limits, 9);
+  EXPECT_GE(limit_options().size(), 9U);
 }
 
 /// With as much room as it had it would only fill the disk again.

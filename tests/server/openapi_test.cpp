@@ -156,7 +156,7 @@ TEST(OpenApi, OptionsOfAPostAreParameters) {
   for (const Json& parameter : document["paths"]["/v1/datasets"]["post"]["parameters"]) {
     if (parameter["in"] == "query") said.insert(parameter["name"]);
   }
-  for (const OptionSpec& option : post_options()) wanted.insert(spelt(option, Spelling::query));
+  for (const OptionSpec& option : post_options()) wanted.insert(spelt(option.name, Spelling::query));
   for (const char* of_the_body : {"upload", "source", "updates"}) wanted.insert(of_the_body);
   EXPECT_EQ(said, wanted);
   Words of_meshes;

@@ -47,11 +47,10 @@ TEST(Options, AutoTakesTheStrategyOfAServiceBack) {
 }
 
 TEST(Options, OneOptionHasFourSpellings) {
-  const OptionSpec option{"vertical-datum", "", "", "", nullptr};
-  EXPECT_EQ(spelt(option, Spelling::query), "vertical_datum");
-  EXPECT_EQ(spelt(option, Spelling::command_line), "--vertical-datum");
-  EXPECT_EQ(spelt(option, Spelling::config_file), "vertical-datum");
-  EXPECT_EQ(spelt(option, Spelling::environment), "CORDILLERA_VERTICAL_DATUM");
+  EXPECT_EQ(spelt("vertical-datum", Spelling::query), "vertical_datum");
+  EXPECT_EQ(spelt("vertical-datum", Spelling::command_line), "--vertical-datum");
+  EXPECT_EQ(spelt("vertical-datum", Spelling::config_file), "vertical-datum");
+  EXPECT_EQ(spelt("vertical-datum", Spelling::environment), "CORDILLERA_VERTICAL_DATUM");
 }
 
 TEST(Options, EveryValueArrivesInItsField) {
@@ -127,15 +126,14 @@ Given through_config_file(const Given& given) {
 }
 
 Given through_environment(const Given& given) {
-  for (const auto& [name, value] : given)
-    setenv(spelt({name, "", "", "", nullptr}, Spelling::environment).c_str(), value.c_str(), 1);
+  for (const auto& [name, value] : given) setenv(spelt(name, Spelling::environment).c_str(), value.c_str(), 1);
   Given read = environment_layer(build_options());
-  for (const auto& [name, value] : given) unsetenv(spelt({name, "", "", "", nullptr}, Spelling::environment).c_str());
+  for (const auto& [name, value] : given) unsetenv(spelt(name, Spelling::environment).c_str());
   return read;
 }
 
 Given respelt(Given given, Spelling spelling) {
-  for (auto& [name, value] : given) name = spelt({name, "", "", "", nullptr}, spelling);
+  for (auto& [name, value] : given) name = spelt(name, spelling);
   return given;
 }
 

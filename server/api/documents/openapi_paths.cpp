@@ -8,6 +8,7 @@
 #include "server/api/documents/openapi.h"
 #include "server/api/documents/openapi_operation.h"
 #include "server/api/requests/list_query.h"
+#include "server/api/requests/query_words.h"
 #include "server/api/requests/routes.h"
 #include "server/options/mesh_options.h"
 #include "server/options/options.h"
@@ -25,14 +26,23 @@ Json prefer_of_reading() {
       "wait=SECONDS: while the dataset is being built, the answer waits so long for the final tile, within the limit max_wait");
 }
 
-Json post_parameters() {
+/// The rows of a table as parameters of a query.
+template <class Wish>
+Json parameters_of(const std::vector<OptionOf<Wish>>& table) {
   Json parameters = Json::array();
-  for (const OptionSpec& option : post_options()) {
-    parameters.push_back(query(spelt(option, Spelling::query), option.help + "; accepted: " + option.accepted));
-  }
-  parameters.push_back(query("updates", "1: keep what it takes to add, replace and remove rasters later"));
-  parameters.push_back(query("upload", "id of an upload that is complete; then there is no body"));
-  parameters.push_back(query("source", "an address that the operator lets the service fetch; then there is no body"));
+  for (const OptionOf<Wish>& option : table)
+    parameters.push_back(query(spelt(option.name, Spelling::query), option.help + "; accepted: " + option.accepted));
+  return parameters;
+}
+
+Json url_parameter() {
+  Json url = query("url", "the address of a raster that the operator lets the service fetch");
+  url["required"] = true;
+  return url;
+}
+
+Json post_parameters() {
+  Json parameters = parameters_of(post_words());
   parameters.push_back(header("Prefer", "wait=SECONDS: the answer waits so long for the tiles, 600 at most"));
   parameters.push_back(header("Idempotency-Key", "the same key with the same request gives the same dataset"));
   return parameters;
@@ -45,12 +55,9 @@ Operation get_of(const std::string& about, const char* type, const char* schema 
 }
 
 void describe_datasets(Operations& all) {
-  Json of_list = Json::array();
-  for (const ListOption& option : list_options())
-    of_list.push_back(query(option.name, option.help + "; accepted: " + option.accepted));
   all["list_datasets"] = {"Datasets, newest first, a page at a time; a page with `next` is not the last, however few it has",
                           {{"200", answer("A page of datasets", "application/json", "datasets")}},
-                          of_list};
+                          parameters_of(list_options())};
   Json good;
   good["200"] = answer("With dry_run: what a build would make", "application/json", "estimate");
   good["201"] = answer("The tiles are ready", "application/json", "dataset");
@@ -71,9 +78,7 @@ void describe_datasets(Operations& all) {
       "Change title, attribution, imagery or private, or build the rest of a lazy dataset, as JSON or in the query; for who "
       "posted it, or an admin",
       {{"200", answer("The dataset", "application/json", "dataset")}},
-      Json::array({query("title", "text"), query("attribution", "text"), query("imagery", "an address with {z}, {x} and {y}"),
-                   query("private", "1: read with a token only; 0: by everybody"),
-                   query("build", "full: all blocks are made from now on")}),
+      parameters_of(description_words()),
       {{"required", false}, {"content", content_of("application/json", "description")}}};
   all["delete_dataset"] = {"Remove a dataset; a running build is cancelled", {{"204", {{"description", "It is gone"}}}}};
   all["events"] = {"Progress as server-sent events, `tiles` whenever other tiles can be read, then one `ready` or `failed`",
@@ -100,13 +105,7 @@ void describe_uploads(Operations& all) {
 
 /// What one raster of several may have of its own.
 Json source_parameters() {
-  Json parameters = Json::array();
-  for (const OptionSpec& option : raster_options()) {
-    parameters.push_back(query(spelt(option, Spelling::query), option.help + "; accepted: " + option.accepted));
-  }
-  parameters.push_back(query("position", "where it stands in the list; 0, the default of a new one, wins"));
-  parameters.push_back(query("upload", "id of an upload that is complete; then there is no body"));
-  parameters.push_back(query("source", "an address that the operator lets the service fetch; then there is no body"));
+  Json parameters = parameters_of(change_words());
   for (const Json& one : {header("Prefer", "wait=SECONDS: the answer waits so long for the new version, 600 at most"),
                           header("Idempotency-Key", "the same key with the same request makes one change")}) {
     parameters.push_back(one);
@@ -177,10 +176,7 @@ void describe_elevation(Operations& all) {
 }
 
 void describe_meshes(Operations& all) {
-  Json parameters = Json::array();
-  for (const MeshOption& option : mesh_options()) {
-    parameters.push_back(query(option.name, option.help + "; accepted: " + option.accepted));
-  }
+  const Json parameters = parameters_of(mesh_options());
   Json good = good_answers("The mesh", "application/octet-stream");
   for (const char* type : {"model/gltf-binary", "model/obj", "model/stl"}) {
     good["200"]["content"][type] = {{"schema", Json::object()}};
@@ -194,20 +190,9 @@ void describe_meshes(Operations& all) {
                     Json::array({query("format", "a format with tiles; without it Terrain-RGB")})};
 }
 
-Json address_parameter() {
-  Json address = query("url", "address of a raster that the operator lets the service fetch");
-  address["required"] = true;
-  return address;
-}
-
 void describe_live(Operations& all) {
-  Json options = Json::array({address_parameter()});
-  for (const Json& one : post_parameters()) {
-    const std::string name = one.value("name", "");
-    const bool of_post = name == "build" || name == "provisional" || name == "dry_run" || name == "updates" || name == "upload" ||
-                         name == "source" || one["in"] != "query";
-    if (!of_post) options.push_back(one);
-  }
+  Json options = parameters_of(live_words());
+  options[0] = url_parameter();
   options.push_back(
       header("Prefer", "wait=SECONDS: the answer waits so long until something can be read, within the limit max_wait"));
   Json good;
@@ -272,7 +257,7 @@ void add(Json& paths, const Place& at, const Operation& words) {
   }
   if ((at.row.is & RouteRow::kLive) == 0 || method != "get") return;
   Json get = operation(at.id + "_of_address", "live", words);
-  get["parameters"].push_back(address_parameter());
+  get["parameters"].push_back(url_parameter());
   if (at.leads) get["responses"]["307"] = {{"description", "The same of the dataset"}};
   item(paths, "/v1/live" + below)[method] = std::move(get);
 }

@@ -7,7 +7,6 @@
 #include "server/fetch/addresses.h"
 #include "server/http/json.h"
 #include "server/options/option_values.h"
-#include "server/options/spoken_words.h"
 #include "server/uploads/tus.h"
 
 namespace cordillera::server {
@@ -73,42 +72,18 @@ std::optional<proto::Problem> check_headers(const Request& request, Delivery& de
   return std::nullopt;
 }
 
-/// source first: without a raster in the body nothing goes without it.
-const std::vector<std::string>& names_of_post() {
-  static const std::vector<std::string> kNames = [] {
-    std::vector<std::string> names = {"source", "upload", "updates"};
-    for (const OptionSpec& option : post_options()) names.push_back(spelt(option, Spelling::query));
-    return names;
-  }();
-  return kNames;
-}
-
-bool is_older_name(const std::string& name) {
-  const std::vector<OptionSpec> options = post_options();
-  return !name.empty() && std::any_of(options.begin(), options.end(),
-                                      [&](const OptionSpec& option) { return alias_spelt(option, Spelling::query) == name; });
+/// What a query says of upload= and source=, as far as it can be wrong without a look at the service.
+std::optional<proto::Problem> check_words(const RasterWords& words) {
+  if (!words.upload.empty() && !words.address.empty()) {
+    return proto::Problem{"options-conflict", "upload= and source= both name a raster", "one of them", "source"};
+  }
+  if (is_several(words.address)) return several_sources();
+  if (words.upload.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789") != words.upload.npos)
+    return uploads::unknown_upload(words.upload);
+  return std::nullopt;
 }
 
 }  // namespace
-
-std::string post_names() {
-  std::string all;
-  for (const std::string& name : names_of_post()) all += (all.empty() ? "" : ", ") + name;
-  return all;
-}
-
-std::optional<proto::Problem> unknown_in_body(const Given& options, const std::string& kind) {
-  const std::vector<std::string>& names = names_of_post();
-  for (const auto& [name, value] : options) {
-    const std::string said = spelt({name, "", "", "", nullptr}, Spelling::query);
-    if (std::find(names.begin(), names.end(), said) != names.end() || is_older_name(said)) continue;
-    auto nearest = nearest_name(name, names);
-    if (const auto meant = meant_by_habit(name)) nearest = spelt({*meant, "", "", "", nullptr}, Spelling::query);
-    if (name == "url" || name == "file" || name == "raster" || name == "path") nearest = "source";
-    return unknown_name("unknown " + kind, name, nearest ? "; did you mean " + *nearest + "?" : "", post_names());
-  }
-  return std::nullopt;
-}
 
 proto::Problem several_sources() {
   return {"option-invalid", "source names several rasters, and a POST takes one address",
@@ -135,29 +110,9 @@ proto::Problem key_reused(const std::string& what) {
           "Idempotency-Key"};
 }
 
-proto::Result<Given> other_parameters(const Request& request, Delivery& delivery) {
-  Given others;
-  for (const auto& [name, value] : request.query) {
-    std::string* const place = name == "upload" ? &delivery.upload : name == "source" ? &delivery.address : nullptr;
-    if (place == nullptr) {
-      others.emplace_back(name, value);
-      continue;
-    }
-    if (!place->empty()) return given_twice(name, "one " + name);
-    if (value.empty()) return proto::Problem{"option-invalid", name + " is empty", "an address, or the id of an upload", name};
-    if (name == "source" && is_several(value)) return several_sources();
-    *place = value;
-    if (name == "upload" && value.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789") != value.npos)
-      return uploads::unknown_upload(value);
-  }
-  if (!delivery.upload.empty() && !delivery.address.empty()) {
-    return proto::Problem{"options-conflict", "upload= and source= both name a raster", "one of them", "source"};
-  }
-  return others;
-}
-
 std::optional<proto::Problem> check_delivery(const ServeSettings& settings, const Request& request, RasterIs raster,
                                              Delivery& delivery) {
+  if (auto refused = check_words(delivery)) return refused;
   if (!delivery.address.empty()) {
     if (const auto allowed = updates::check_address(settings, delivery.address); !allowed) return allowed.problem();
   }

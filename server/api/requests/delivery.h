@@ -5,16 +5,14 @@
 #include <optional>
 #include <string>
 
+#include "server/api/requests/query_words.h"
 #include "server/datasets/upload.h"
-#include "server/options/options.h"
 #include "server/service/service.h"
 
 namespace cordillera::server {
 
-struct Delivery {
+struct Delivery : RasterWords {
   std::string key;                          ///< Idempotency-Key, or empty
-  std::string upload;                       ///< id of an upload that arrived in parts
-  std::string address;                      ///< that the service is to fetch it from
   bool body = false;                        ///< it is the body
   std::chrono::seconds wait{0};             ///< Prefer: wait
   std::optional<std::uint64_t> expected{};  ///< bytes of the body, if that is known
@@ -23,16 +21,9 @@ struct Delivery {
 
 enum class RasterIs { needed, optional };
 
-/// Takes upload= and source= out of the query; gives the other parameters.
-proto::Result<Given> other_parameters(const Request& request, Delivery& delivery);
-/// All that a POST takes, its upload=, source= and updates= among them, as problems list it.
-std::string post_names();
-/// The first of options that came in a body and that a POST does not have. kind: what it is there, "member" of JSON, "field" of a
-/// form.
-std::optional<proto::Problem> unknown_in_body(const Given& options, const std::string& kind);
 /// A POST fetches one raster.
 proto::Problem several_sources();
-/// Reads the headers, and checks that what was announced may come.
+/// Reads the headers, and checks that what the query names and what was announced may come.
 std::optional<proto::Problem> check_delivery(const ServeSettings& settings, const Request& request, RasterIs raster,
                                              Delivery& delivery);
 /// The largest body that the operator takes.

@@ -130,22 +130,24 @@ proto::Result<Shape> shape_of_body(const Request& request) {
   return invalid_json("the body names neither points nor a line, or something else beside them");
 }
 
-/// The query's words, each once.
+/// What the query says.
 struct AskedWords {
-  std::optional<std::string> points, line, samples, level;
+  std::optional<std::string> points, line;
+  std::optional<std::uint32_t> samples, level;
 };
 
-proto::Result<AskedWords> words_of(const Request& request) {
-  const auto kept_in = [](std::optional<std::string> AskedWords::*word) {
-    return [word](std::string_view text, AskedWords& words) { return (words.*word).emplace(text), Complaint(); };
+std::vector<OptionOf<AskedWords>> elevation_words(WholeRange levels) {
+  constexpr WholeRange kSamples{2, kMostPlaces};
+  const auto text = [](std::optional<std::string> AskedWords::*word) {
+    return [word](std::string_view said, AskedWords& words) { return (words.*word).emplace(said), Complaint(); };
   };
-  static const std::vector<OptionOf<AskedWords>> kOptions = {{"points", "", "", "", kept_in(&AskedWords::points)},
-                                                             {"line", "", "", "", kept_in(&AskedWords::line)},
-                                                             {"samples", "", "", "", kept_in(&AskedWords::samples)},
-                                                             {"level", "", "", "", kept_in(&AskedWords::level)}};
-  AskedWords words;
-  if (auto problem = read_options(kOptions, request.query, {}, words)) return *problem;
-  return words;
+  const auto whole = [](WholeRange range, std::optional<std::uint32_t> AskedWords::*word) {
+    return [=](std::string_view said, AskedWords& words) { return read_whole(said, range, &(words.*word).emplace()); };
+  };
+  return {{"points", "PLACES", "places, one by one", kPlaceText, text(&AskedWords::points)},
+          {"line", "PLACES", "a line through places", kPlaceText, text(&AskedWords::line)},
+          {"samples", "N", "places along the line", accepted_in(kSamples), whole(kSamples, &AskedWords::samples)},
+          {"level", "LEVEL", "of the dataset", accepted_in(levels), whole(levels, &AskedWords::level)}};
 }
 
 proto::Result<Shape> shape_of(const Request& request, const AskedWords& words) {
@@ -167,28 +169,19 @@ proto::Result<Shape> shape_of(const Request& request, const AskedWords& words) {
 }  // namespace
 
 proto::Result<ElevationQuery> elevation_query(const Request& request, int least_level, int most_level) {
-  const auto words = words_of(request);
-  if (!words) return words.problem();
-  ElevationQuery query;
-  std::uint32_t level = 0, samples = 0;
   const WholeRange levels{static_cast<std::uint32_t>(least_level), static_cast<std::uint32_t>(most_level)};
-  if (words->level && read_whole(*words->level, levels, &level)) {
-    return proto::Problem{"option-invalid", "level=" + as_given(*words->level) + " is no level of this dataset",
-                          std::to_string(least_level) + " to " + std::to_string(most_level), "level"};
-  }
-  if (words->level) query.level = static_cast<int>(level);
-  if (words->samples && read_whole(*words->samples, {2, kMostPlaces}, &samples)) {
-    return proto::Problem{"option-invalid", "samples=" + as_given(*words->samples) + " is no number of samples",
-                          "2 to " + std::to_string(kMostPlaces), "samples"};
-  }
-  auto shape = shape_of(request, *words);
+  AskedWords words;
+  if (auto problem = read_options(elevation_words(levels), request.query, {}, words)) return *problem;
+  ElevationQuery query;
+  if (words.level) query.level = static_cast<int>(*words.level);
+  auto shape = shape_of(request, words);
   if (!shape) return shape.problem();
-  if (words->samples && (!shape->line || shape->places.size() < 2)) {
+  if (words.samples && (!shape->line || shape->places.size() < 2)) {
     return proto::Problem{"options-conflict", "samples are places along a line, and there is none",
                           "samples with a line of two places or more", "samples"};
   }
   query.line = shape->line;
-  query.places = query.line ? raster::along_geodesics(shape->places, samples) : std::move(shape->places);
+  query.places = query.line ? raster::along_geodesics(shape->places, words.samples.value_or(0)) : std::move(shape->places);
   return query;
 }
 

@@ -66,7 +66,7 @@ const std::vector<ListOption>& list_options() {
 
 proto::Result<ListQuery> list_query(const Given& given) {
   ListQuery query;
-  const TableWords words{.of = " of a list", .elsewhere = "; options of a build go with a POST"};
+  const TableWords words{.of = " of a list", .beside = "; options of a build go with a POST"};
   if (auto problem = read_options(list_options(), given, words, query)) return *problem;
   return query;
 }
