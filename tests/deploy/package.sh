@@ -49,7 +49,7 @@ env PROJ_DATA=/nowhere PROJ_LIB=/nowhere "$unpacked/bin/cordillera" build "$work
 "$work"/usr/bin/cordillera check "$work/tiles" || fail "what it built is not sound"
 
 # No format needs a library that is left out.
-PROGRAM_UNDER_TEST=$unpacked/bin/cordillera "$build/bin/sent_post_test" --gtest_filter=SentPosts.HeightsAreThoseOfTheGeoTiff >"$work/formats" ||
+PROGRAM_UNDER_TEST=$unpacked/bin/cordillera "$build/bin/program_test" --gtest_filter=SentPosts.HeightsAreThoseOfTheGeoTiff >"$work/formats" ||
   { cat "$work/formats" >&2; fail "the archive does not read a format that the build reads"; }
 
 . "$here/package_alone.sh"

@@ -56,7 +56,7 @@ void expect_valences(const TileMesh& mesh, const std::string& what) {
 }
 
 // What the mend must do: keep the laws and what is marked kKeep, and say truly how many border vertices are left.
-std::size_t expect_lawful(const TileMesh& input, const std::string& what) {
+std::size_t expect_lawful_mesh(const TileMesh& input, const std::string& what) {
   auto rings = rings_from_triangles(input);
   EXPECT_TRUE(rings.ok()) << what;
   const std::size_t said = mend(*rings, input, kWithData);
@@ -74,7 +74,7 @@ std::size_t expect_lawful(const TileMesh& input, const std::string& what) {
   return left;
 }
 
-void expect_mended(const TileMesh& input, const std::string& what) { EXPECT_EQ(expect_lawful(input, what), 0u) << what; }
+void expect_mended(const TileMesh& input, const std::string& what) { EXPECT_EQ(expect_lawful_mesh(input, what), 0u) << what; }
 
 TEST(Mend, HarshChainsOnGrids) {
   std::mt19937 random(1);
@@ -87,7 +87,7 @@ TEST(Mend, HarshChainsOnGrids) {
         const std::string what =
             std::to_string(cells) + " stride " + std::to_string(stride) + " labels " + std::to_string(static_cast<int>(labels));
         // A dense inside leaves no room for a sparse border: that is for who asks to mend, not for the mend to force.
-        const std::size_t left = expect_lawful(mesh, what);
+        const std::size_t left = expect_lawful_mesh(mesh, what);
         if (stride == 2) { EXPECT_EQ(left, 0u) << what; }
       }
 }
@@ -100,7 +100,7 @@ TEST(Mend, RandomChains) {
     const std::uint32_t one_in = 2 + round % 9;
     for (std::size_t v = 0; v < mesh.vertices(); ++v)
       if ((mesh.mark[v] & proto::kRemove) && random() % one_in == 0) mesh.mark[v] ^= proto::kRemove | proto::kKeep;
-    const std::size_t left = expect_lawful(mesh, "round " + std::to_string(round));
+    const std::size_t left = expect_lawful_mesh(mesh, "round " + std::to_string(round));
     if (one_in <= 2) { EXPECT_EQ(left, 0u) << round; }
   }
 }

@@ -33,7 +33,7 @@ proto::TileMesh grid() {
 
 constexpr std::size_t kMoved = 2, kFitted = 12;  // (8, 0) and (8, 8)
 
-class Moved : public testing::Test {
+class Moved : public ::testing::Test {
  protected:
   Moved() {
     prepared_.tile = kTile;

@@ -11,7 +11,7 @@ namespace cordillera::pipeline {
 namespace {
 
 constexpr int kLevel = 12;
-constexpr std::int32_t kSide = 256;
+constexpr std::int32_t kTileSide = 256;
 constexpr proto::TileAddress kWest{kLevel, 4000, 1500}, kEast{kLevel, 4001, 1500}, kNorth{kLevel, 4000, 1501};
 
 /// Along the side between west and east: a hill with teeth.
@@ -25,8 +25,8 @@ BuiltTile bare(const proto::TileAddress& at, const proto::Samples& samples) {
   const proto::Lattice lattice{kLevel};
   BuiltTile built;
   built.tile = at;
-  built.mesh.side = kSide;
-  for (const auto& [x, y] : {std::pair{0, 0}, {kSide, 0}, {kSide, kSide}, {0, kSide}}) {
+  built.mesh.side = kTileSide;
+  for (const auto& [x, y] : {std::pair{0, 0}, {kTileSide, 0}, {kTileSide, kTileSide}, {0, kTileSide}}) {
     built.mesh.x.push_back(x), built.mesh.y.push_back(y);
     built.mesh.height.push_back(samples.at(lattice.west(at) + x, lattice.south(at) + y));
     built.mesh.mark.push_back(0);
@@ -38,10 +38,10 @@ BuiltTile bare(const proto::TileAddress& at, const proto::Samples& samples) {
 class SideVertices : public testing::Test {
  protected:
   SideVertices() {
-    samples_ = {lattice_.west(kWest), lattice_.south(kWest), 2 * kSide + 1, 2 * kSide + 1, {}, {}};
-    for (std::int64_t j = 0; j <= 2 * kSide; ++j)
-      for (std::int64_t i = 0; i <= 2 * kSide; ++i)
-        samples_.height.push_back(height_at(j) + static_cast<std::int32_t>(std::abs(i - kSide)));
+    samples_ = {lattice_.west(kWest), lattice_.south(kWest), 2 * kTileSide + 1, 2 * kTileSide + 1, {}, {}};
+    for (std::int64_t j = 0; j <= 2 * kTileSide; ++j)
+      for (std::int64_t i = 0; i <= 2 * kTileSide; ++i)
+        samples_.height.push_back(height_at(j) + static_cast<std::int32_t>(std::abs(i - kTileSide)));
     level_.set_level(kLevel);
     level_.set_target(10);
     for (const proto::TileAddress& at : {kWest, kEast, kNorth}) tiles_.push_back(bare(at, samples_));
@@ -74,15 +74,15 @@ class SideVertices : public testing::Test {
 };
 
 TEST_F(SideVertices, are_the_same_in_both_tiles_and_the_side_is_no_farther_from_its_samples) {
-  const double before = farthest(line(tiles_[0].mesh, kSide));
-  EXPECT_EQ(put_on_sides(context_, tiles_, {{{kSide, 100, height_at(100)}}, {}, {}}), (std::vector<std::size_t>{0, 1}));
-  const auto west = line(tiles_[0].mesh, kSide), east = line(tiles_[1].mesh, 0);
+  const double before = farthest(line(tiles_[0].mesh, kTileSide));
+  EXPECT_EQ(put_on_sides(context_, tiles_, {{{kTileSide, 100, height_at(100)}}, {}, {}}), (std::vector<std::size_t>{0, 1}));
+  const auto west = line(tiles_[0].mesh, kTileSide), east = line(tiles_[1].mesh, 0);
   EXPECT_EQ(west, east);
   EXPECT_TRUE(west.contains(100));
   EXPECT_LE(farthest(west), before);
   EXPECT_LT(west.size(), 12u) << "no more than that takes";
-  EXPECT_EQ(line(tiles_[2].mesh, kSide).size(), 2u) << "another side";
-  EXPECT_TRUE(put_on_sides(context_, tiles_, {{{kSide, 100, height_at(100)}}, {}, {}}).empty()) << "it is a vertex already";
+  EXPECT_EQ(line(tiles_[2].mesh, kTileSide).size(), 2u) << "another side";
+  EXPECT_TRUE(put_on_sides(context_, tiles_, {{{kTileSide, 100, height_at(100)}}, {}, {}}).empty()) << "it is a vertex already";
   EXPECT_EQ(put_on_sides(context_, tiles_, {{}, {}, {{50, 0, 0}}}), (std::vector<std::size_t>{0, 2})) << "a side that runs east";
 }
 
@@ -93,14 +93,14 @@ TEST_F(SideVertices, go_in_on_both_sides_or_not_at_all) {
   };
   EXPECT_TRUE(stays({{{0, 100, 0}}, {}, {}})) << "the tile beyond is not there";
   tiles_[1].mesh.height[0] += 5;
-  EXPECT_TRUE(stays({{{kSide, 100, 0}}, {}, {}})) << "the tile beyond has another side";
+  EXPECT_TRUE(stays({{{kTileSide, 100, 0}}, {}, {}})) << "the tile beyond has another side";
   tiles_[1].mesh.height[0] -= 5;
-  const auto at = static_cast<std::size_t>(200 * samples_.columns + kSide);
+  const auto at = static_cast<std::size_t>(200 * samples_.columns + kTileSide);
   const std::int32_t kept = samples_.height[at];
   samples_.height[at] = proto::kNoHeight;
-  EXPECT_TRUE(stays({{{kSide, 100, 0}}, {}, {}})) << "the edge passes a void";
+  EXPECT_TRUE(stays({{{kTileSide, 100, 0}}, {}, {}})) << "the edge passes a void";
   samples_.height[at] = kept;
-  EXPECT_FALSE(stays({{{kSide, 100, 0}}, {}, {}}));
+  EXPECT_FALSE(stays({{{kTileSide, 100, 0}}, {}, {}}));
 }
 
 }  // namespace
