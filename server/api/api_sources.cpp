@@ -1,5 +1,7 @@
 // …/sources: the rasters of a dataset, and what changes them. A change is written down before its 202; the queue then makes a
 // version of it.
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 
 #include "pipeline/store/sqlite.h"
@@ -167,9 +169,9 @@ proto::Result<std::optional<proto::SourceChange>> earlier(Ledger& ledger, const 
 proto::Result<void> bring(const Upload& upload, const fs::path& place) {
   std::error_code error;
   fs::create_directories(place.parent_path(), error);
-  if (!error) fs::rename(upload.folder() / upload.raster(), place, error);
-  if (!error && raster::sync_path(place.parent_path())) return {};
-  return Problem{"storage-full", "the raster cannot be put into its place: " + error.message(), "", ""};
+  if (!error && raster::put_in_place(upload.folder() / upload.raster(), place)) return {};
+  const std::string why = error ? error.message() : std::strerror(errno);
+  return Problem{"storage-full", "the raster cannot be put into its place: " + why, "", ""};
 }
 
 Response changed(Service& service, const Request& request, const Dataset& dataset, const Route& route) {
