@@ -133,10 +133,11 @@ constexpr std::array<faces::Resource, 2> kResources = {{
 }};
 
 void each_path(const Terrain& terrain, const faces::PathSink& sink) {
-  faces::each_tile_with_heights(terrain, faces::Beyond::clear, [&](const Place& place) {
+  const auto shows = [&](const Place& place) {
     const auto made = tile(terrain, place);
-    if (!made || *made) sink(path_at(place));  // a problem is told to whoever fetches it
-  });
+    return !made || *made;  // a problem is told to whoever fetches it
+  };
+  faces::each_shown_tile(terrain, faces::Beyond::clear, sink, shows, path_at);
   sink(std::string(kDocument));
 }
 

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "pipeline/encode/little_endian.h"
-#include "pipeline/exports/batches.h"
 #include "pipeline/exports/tile_places.h"
 #include "pipeline/exports/whole_file.h"
 #include "pipeline/exports/zip_writer.h"
+#include "pipeline/faces/batches.h"
 #include "pipeline/store/content_hash.h"
 #include "pipeline/tileset/manifest_json.h"
 
@@ -54,10 +54,10 @@ void write(const faces::Terrain& terrain, const faces::Face& face, unsigned thre
     const std::string hash = md5(path);
     entries.push_back({{little_endian_at<std::uint64_t>(hash, 0), little_endian_at<std::uint64_t>(hash, 8)}, offset});
   };
-  Batches<Entry> documents(
+  faces::Batches<Entry> documents(
       threads, [&](Entry& entry) { entry.document = made(terrain, *entry.resource, entry.place); },
       [&](Entry& entry) { add(entry.path, entry.document.bytes); });
-  each_named(terrain, face, [&](const std::string& path, const faces::Found& found) {
+  each_named(terrain, face, threads, [&](const std::string& path, const faces::Found& found) {
     documents.add({path, found.resource, found.place, {}});
   });
   documents.finish();

@@ -7,10 +7,10 @@
 #include <fstream>
 #include <set>
 
-#include "pipeline/exports/batches.h"
 #include "pipeline/exports/folder_page.h"
 #include "pipeline/exports/tile_places.h"
 #include "pipeline/exports/whole_file.h"
+#include "pipeline/faces/batches.h"
 #include "pipeline/store/sqlite.h"
 #include "pipeline/tileset/manifest_json.h"
 
@@ -68,10 +68,10 @@ struct File {
 };
 
 void write_faces(const faces::Terrain& terrain, const std::vector<const faces::Face*>& chosen, unsigned threads, Workplace& to) {
-  exports::Batches<File> files(
+  faces::Batches<File> files(
       threads, [&](File& file) { to.write(file.path, exports::made(terrain, *file.resource, file.place).bytes); }, nullptr);
   for (const faces::Face* face : chosen) {
-    exports::each_named(terrain, *face, [&](const std::string& path, const faces::Found& found) {
+    exports::each_named(terrain, *face, threads, [&](const std::string& path, const faces::Found& found) {
       to.make_folder_of(path);
       files.add({path, found.resource, found.place});
     });

@@ -4,10 +4,10 @@
 
 #include "pipeline/encode/json.h"
 #include "pipeline/exports/archive_metadata.h"
-#include "pipeline/exports/batches.h"
 #include "pipeline/exports/gzip.h"
 #include "pipeline/exports/tile_places.h"
 #include "pipeline/exports/whole_file.h"
+#include "pipeline/faces/batches.h"
 #include "pipeline/store/content_hash.h"
 #include "pipeline/store/sqlite.h"
 
@@ -44,7 +44,7 @@ Zooms write_tiles(const faces::Terrain& terrain, const faces::Face& face, unsign
   Statement image(database, "INSERT OR IGNORE INTO images VALUES (CAST(? AS TEXT), ?)");
   Statement place(database, "INSERT OR IGNORE INTO map VALUES (?, ?, ?, CAST(? AS TEXT))");
   Zooms zooms;
-  Batches<MapTile> all(
+  faces::Batches<MapTile> all(
       threads,
       [&](MapTile& tile) {
         const faces::Document document = made(terrain, tiles, tile.at);
@@ -56,7 +56,7 @@ Zooms write_tiles(const faces::Terrain& terrain, const faces::Face& face, unsign
         place.bind(tile.at.z, tile.at.x, proto::tiles_up(tile.at.z) - 1 - tile.at.y, tile.id).run();
         zooms = {std::min(zooms.least, tile.at.z), std::max(zooms.most, tile.at.z)};
       });
-  each_place(terrain, face, tiles, [&](const faces::Place& at) { all.add({at, {}, {}}); });
+  each_place(terrain, face, tiles, threads, [&](const faces::Place& at) { all.add({at, {}, {}}); });
   all.finish();
   return zooms;
 }

@@ -8,11 +8,11 @@
 
 #include "pipeline/encode/little_endian.h"
 #include "pipeline/exports/archive_metadata.h"
-#include "pipeline/exports/batches.h"
 #include "pipeline/exports/gzip.h"
 #include "pipeline/exports/hilbert.h"
 #include "pipeline/exports/pmtiles_directory.h"
 #include "pipeline/exports/whole_file.h"
+#include "pipeline/faces/batches.h"
 #include "pipeline/store/content_hash.h"
 
 namespace cordillera::pipeline::exports {
@@ -49,9 +49,10 @@ struct Contents {
   int least_zoom = 0, most_zoom = 0;
 };
 
-std::vector<std::uint64_t> ids_of(const faces::Terrain& terrain, const faces::Face& face, const Resource& tiles) {
+std::vector<std::uint64_t> ids_of(const faces::Terrain& terrain, const faces::Face& face, const Resource& tiles,
+                                  unsigned threads) {
   std::vector<std::uint64_t> ids;
-  each_place(terrain, face, tiles,
+  each_place(terrain, face, tiles, threads,
              [&](const faces::Place& place) { ids.push_back(hilbert_id(square_address(tiles.grid, place))); });
   std::sort(ids.begin(), ids.end());
   ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
@@ -73,7 +74,7 @@ Contents write_tiles(const faces::Terrain& terrain, const Resource& tiles, const
                      const ArchiveBounds& bounds, unsigned threads, std::ostream& out) {
   Contents all;
   std::unordered_map<std::string, PmtilesEntry, HashOfHash> known;
-  Batches<ArchivedTile> waiting(
+  faces::Batches<ArchivedTile> waiting(
       threads,
       [&](ArchivedTile& tile) {
         const faces::Document document = made(terrain, tiles, place_at(tiles.grid, hilbert_address(tile.id)));
@@ -133,7 +134,7 @@ void write(const faces::Terrain& terrain, const faces::Face& face, const Archive
   const Resource& tiles = *tiles_of(face);
   const TemporaryFile spool(sibling.string() + ".tiles");
   std::ofstream waiting = opened(spool.path());
-  const auto ids = ids_of(terrain, face, tiles);
+  const auto ids = ids_of(terrain, face, tiles, threads);
   ask(bounds.tiles, ids.size());
   const Contents all = write_tiles(terrain, tiles, ids, bounds, threads, waiting);
   waiting.close();

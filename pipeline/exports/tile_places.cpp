@@ -23,18 +23,19 @@ const Resource* tiles_of(const faces::Face& face) {
   return nullptr;
 }
 
-void each_named(const faces::Terrain& terrain, const faces::Face& face,
+void each_named(const faces::Terrain& terrain, const faces::Face& face, unsigned threads,
                 const std::function<void(const std::string& path, const faces::Found& found)>& visit) {
-  face.each_path(terrain, [&](const std::string& path) {
+  const auto take = [&](const std::string& path) {
     const auto found = faces::find(path);
     if (!found) throw std::logic_error("a face names " + path + ", which it does not know");
     visit(path, *found);
-  });
+  };
+  face.each_path(terrain, {take, threads});
 }
 
-void each_place(const faces::Terrain& terrain, const faces::Face& face, const Resource& tiles,
+void each_place(const faces::Terrain& terrain, const faces::Face& face, const Resource& tiles, unsigned threads,
                 const std::function<void(const Place&)>& visit) {
-  each_named(terrain, face, [&](const std::string&, const faces::Found& found) {
+  each_named(terrain, face, threads, [&](const std::string&, const faces::Found& found) {
     const Place& at = found.place;
     if (found.resource->path == tiles.path) visit(at);
     const bool below_a_root = found.resource->grid == Grid::implicit && tiles.grid == Grid::geodetic;

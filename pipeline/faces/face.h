@@ -2,12 +2,14 @@
 // One store, many faces. A face is what one family of clients fetches: paths below the dataset's own, and for each a function
 // that makes what stands there from the published store. The table of all faces is what the server routes by, what a static
 // folder is written from, and what the API's description lists.
+#include <concepts>
 #include <cstdint>
 #include <functional>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "pipeline/faces/terrain.h"
 #include "pipeline/store/store.h"
@@ -75,8 +77,20 @@ struct Resource {
   std::string_view intervals{};  ///< what ?interval= accepts, in the same way
 };
 
-/// Is given every path of a face that has something, in an order that depends on the dataset alone.
-using PathSink = std::function<void(const std::string& path)>;
+/// Is given every path of a face that has something, in an order that depends on the dataset alone, by the caller's thread.
+class PathSink {
+ public:
+  /// threads: that may find out what has something; 0: one for each usable core.
+  template <class Take>
+  requires std::invocable<const Take&, const std::string&> PathSink(Take take, unsigned threads = 1)
+      : take_(std::move(take)), threads_(threads) {}
+  void operator()(const std::string& path) const { take_(path); }
+  unsigned threads() const { return threads_; }
+
+ private:
+  std::function<void(const std::string& path)> take_;
+  unsigned threads_;
+};
 
 struct Face {
   std::string_view name;   ///< as formats= has it

@@ -96,7 +96,7 @@ TEST(Pmtiles, HoldsEveryTileOfEveryFace) {
     const PmtilesReader reader(bytes_of(file));
     const faces::Resource& tiles = *tiles_of(*face);
     std::set<std::uint64_t> wanted;
-    each_place(archived_dataset().terrain(), *face, tiles, [&](const faces::Place& at) {
+    each_place(archived_dataset().terrain(), *face, tiles, 2, [&](const faces::Place& at) {
       const std::uint64_t id = hilbert_id(square_address(tiles.grid, at));
       const std::string path = faces::path_of(tiles, at);
       const std::string& bytes = face_bytes(path);

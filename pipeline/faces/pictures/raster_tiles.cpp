@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "pipeline/faces/batches.h"
 #include "pipeline/faces/outline_fill.h"
 #include "pipeline/faces/web_mercator.h"
 
@@ -83,16 +84,30 @@ proto::Result<std::optional<Document>> raster_tile(const Terrain& terrain, const
   return zooms_of(terrain.manifest(), *extent).holds(place.z) ? empty_tile(terrain, place, style) : nothing();
 }
 
-void each_tile_with_heights(const Terrain& terrain, Beyond beyond, const std::function<void(const Place&)>& visit) {
+void each_shown_tile(const Terrain& terrain, Beyond beyond, const PathSink& sink, const std::function<bool(const Place&)>& shows,
+                     const std::function<std::string(const Place&)>& path_of) {
   const auto extent = extent_of(terrain.manifest());
-  if (extent) Walk{terrain, beyond, visit, *extent, zooms_of(terrain.manifest(), *extent)}.visit({});
+  if (!extent) return;
+  struct Candidate {
+    Place place;
+    bool shown = false;
+  };
+  Batches<Candidate> candidates(
+      sink.threads(), [&](Candidate& one) { one.shown = shows(one.place); },
+      [&](Candidate& one) {
+        if (one.shown) sink(path_of(one.place));
+      });
+  const std::function<void(const Place&)> add = [&](const Place& place) { candidates.add({place}); };
+  Walk{terrain, beyond, add, *extent, zooms_of(terrain.manifest(), *extent)}.visit({});
+  candidates.finish();
 }
 
 void each_raster_tile(const Terrain& terrain, const RasterStyle& style, const PathSink& sink) {
-  each_tile_with_heights(terrain, style.beyond, [&](const Place& place) {
+  const auto shows = [&](const Place& place) {
     const auto tile = drawn(terrain, place, style);
-    if (!tile || *tile) sink(path_at(style, place));  // a problem is told to whoever fetches it
-  });
+    return !tile || *tile;  // a problem is told to whoever fetches it
+  };
+  each_shown_tile(terrain, style.beyond, sink, shows, [&](const Place& place) { return path_at(style, place); });
 }
 
 }  // namespace cordillera::pipeline::faces

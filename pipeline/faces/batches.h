@@ -1,5 +1,5 @@
 #pragma once
-// What an export makes is independent, and what it writes has an order.
+// Tiles are made independently of each other, and listed and written in an order.
 #include <functional>
 #include <memory>
 #include <system_error>
@@ -8,7 +8,7 @@
 
 #include "pipeline/build/workers.h"
 
-namespace cordillera::pipeline::exports {
+namespace cordillera::pipeline::faces {
 
 /// Items that threads work on, up to four a thread at a time, and that are then taken one after the other, in the order in which
 /// they were added. What work or take throws, add and finish throw.
@@ -50,4 +50,4 @@ class Batches {
   std::vector<Item> waiting_;
 };
 
-}  // namespace cordillera::pipeline::exports
+}  // namespace cordillera::pipeline::faces
