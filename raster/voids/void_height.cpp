@@ -11,7 +11,7 @@ proto::Result<std::optional<double>> void_height_m(const std::string& text) {
   if (text.empty() || text == "fill" || text == "hole") return std::optional<double>();
   const auto wrong = [](const std::string& why) { return proto::Problem{"option-invalid", why, "", "voids"}; };
   const auto height_m = proto::number<double>(std::string_view(text).substr(text.starts_with('+') ? 1 : 0));
-  if (!height_m || std::isnan(*height_m)) return wrong("not a number, and neither fill nor hole");
+  if (!height_m || std::isnan(*height_m) || text.starts_with("+-")) return wrong("not a number, and neither fill nor hole");
   if (*height_m > proto::kMaxHeight_m) return wrong("higher than any height may be");
   if (*height_m < kLeastVoidHeight_m)
     return wrong("pits deeper than any land; nodata=" + text + " says that this value means no data");

@@ -37,10 +37,9 @@ proto::Result<LiveQuery> read_live_query(const Service& service, const Request& 
     const bool ours = path.empty() || place_of(option.first, kNames, Spelling::query).has_value();
     (ours ? options : asked.rest).push_back(option);
   }
-  LiveWords words{service.settings(), {}};
-  if (auto problem = read_layer(live_words(), options, Spelling::query, words, words.settings)) return *problem;
-  asked.address = std::move(words.url);
-  asked.settings = std::move(words.settings);
+  // Whether anything is fetched from there comes before how it would be built.
+  const auto url = std::find_if(options.begin(), options.end(), [](const auto& option) { return option.first == "url"; });
+  if (url != options.end()) asked.address = url->second;
   if (asked.address.empty() && !service.settings().serve.source_allow.empty())
     return Problem{"option-invalid", "url, the address of a raster, is missing",
                    "/v1/live?url=ADDRESS with its special characters escaped (curl -G --data-urlencode url=…)", "url"};
@@ -51,6 +50,9 @@ proto::Result<LiveQuery> read_live_query(const Service& service, const Request& 
     }
     return Problem{"option-forbidden", allowed.problem().detail, accepted, "url"};
   }
+  LiveWords words{service.settings(), {}};
+  if (auto problem = read_layer(live_words(), options, Spelling::query, words, words.settings)) return *problem;
+  asked.settings = std::move(words.settings);
   asked.settings.dry_run = false;
   proto::BuildOptions& build = asked.settings.build;
   build.clear_provisional();

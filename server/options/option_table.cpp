@@ -7,6 +7,7 @@
 #include "gpu/simplify.h"
 #include "pipeline/plan/plan.h"
 #include "proto/lattice.h"
+#include "proto/letters.h"
 #include "proto/mesh.h"
 #include "raster/sample/back_projection.h"
 #include "raster/voids/filled_source.h"
@@ -53,8 +54,9 @@ Complaint apply_voids(std::string_view text, Settings& settings) {
     settings.build.set_voids(value);
     return std::nullopt;
   }
-  if (const auto height_m = raster::void_height_m(std::string(text)); !height_m) return height_m.problem().detail;
-  settings.build.set_voids(std::string(text));
+  const std::string height(proto::trimmed(text, " "));  // a "+" in an address is a space
+  if (const auto height_m = raster::void_height_m(height); !height_m) return height_m.problem().detail;
+  settings.build.set_voids(height);
   return std::nullopt;
 }
 

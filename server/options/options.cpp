@@ -18,9 +18,15 @@ const std::string kVariable = "CORDILLERA_";
 
 std::string trimmed(std::string_view text) { return std::string(proto::trimmed(text, " \t\r")); }
 
-bool takes_old_nodata(const std::string& value) {
+/// Whether it is nodata=hole or nodata=fill, under either name.
+bool is_old_nodata(const std::string& name, const std::string& value, Spelling spelling) {
+  static const std::vector<OptionName> kNodata = [] {
+    std::vector<OptionName> names = names_in(build_options());
+    std::erase_if(names, [](const OptionName& option) { return option.name != "nodata"; });
+    return names;
+  }();
   std::string word;
-  return !read_choice(value, {"hole", "fill"}, &word);
+  return !read_choice(value, {"hole", "fill"}, &word) && place_of(name, kNodata, spelling);
 }
 
 }  // namespace
@@ -48,7 +54,7 @@ std::optional<proto::Problem> check_together(const Settings& settings, const Giv
 
 Given in_present_words(Given given, Spelling spelling, proto::BuildOptions& build) {
   for (auto& [name, value] : given) {
-    if (!takes_old_nodata(value) || !place_of(name, {{"nodata", ""}}, spelling)) continue;
+    if (!is_old_nodata(name, value, spelling)) continue;
     const std::string nodata = spelt("nodata", spelling), voids = spelt("voids", spelling);
     const std::string sentence =
         nodata + "=" + value + " is understood as " + voids + "=" + value + "; " + nodata + "= takes a value that means no data";
@@ -66,7 +72,8 @@ proto::Result<Settings> with_layer(Settings settings, const std::vector<OptionSp
 }
 
 bool is_of_all_rasters(const std::string& name, const std::string& value) {
-  return (name == "voids" || name == "nodata") && takes_old_nodata(value);
+  std::string word;
+  return is_old_nodata(name, value, Spelling::query) || (name == "voids" && !read_choice(value, {"hole", "fill"}, &word));
 }
 
 std::optional<proto::Problem> check_raster_layer(const Given& given) {

@@ -170,6 +170,9 @@ TEST(Options, OldSpellingsOfNodataStillWork) {
     EXPECT_THAT(settings->build.warnings(0), HasSubstr(std::string("nodata=") + word + " is understood as voids=" + word));
   }
   EXPECT_EQ(query({{"source_nodata", "-1"}})->build.warnings_size(), 0) << "an older name is no trouble";
+  EXPECT_EQ(query({{"source-nodata", "hole"}})->build.voids(), "hole");
+  const auto configured = with_layer({}, build_options(), {{"source-nodata", "fill"}}, Spelling::config_file);
+  EXPECT_EQ(configured->build.voids(), "fill");
   const auto line = with_layer({}, build_options(), {{"--nodata", "hole"}}, Spelling::command_line);
   EXPECT_THAT(line->build.warnings(0), HasSubstr("--voids=hole"));
   for (const Given& twice : {Given{{"nodata", "1"}, {"source_nodata", "2"}}, Given{{"nodata", "fill"}, {"voids", "hole"}}}) {
@@ -192,13 +195,16 @@ TEST(Options, AHeightThatIsNoLandIsNoHeightForVoids) {
   EXPECT_THAT(refused.problem().detail, HasSubstr("pits deeper than any land"));
   EXPECT_THAT(refused.problem().detail, HasSubstr("nodata=-9999"));
   EXPECT_TRUE(query({{"voids", "-500"}}));
+  EXPECT_EQ(query({{"voids", " 5"}})->build.voids(), "5") << "what a + in an address becomes";
+  EXPECT_FALSE(query({{"voids", "+-5"}}));
   EXPECT_EQ(query({{"voids", "20000"}}).problem().detail, "voids='20000': higher than any height may be");
   EXPECT_EQ(query({{"voids", "keep"}}).problem().detail, "voids='keep': not a number, and neither fill nor hole");
 }
 
 TEST(Options, OneRasterOfSeveralHasAHeightForItsVoidsAndNoOtherSay) {
   EXPECT_TRUE(with_raster_layer({}, raster_options(), {{"voids", "12"}, {"nodata", "-1"}, {"z_scale", "2"}}));
-  for (const Given& given : {Given{{"voids", "fill"}}, Given{{"voids", "Hole"}}, Given{{"nodata", "fill"}}}) {
+  for (const Given& given :
+       {Given{{"voids", "fill"}}, Given{{"voids", "Hole"}}, Given{{"nodata", "fill"}}, Given{{"source_nodata", "hole"}}}) {
     const auto refused = with_raster_layer({}, raster_options(), given);
     ASSERT_FALSE(refused);
     EXPECT_THAT(refused.problem().detail, HasSubstr("of all rasters together"));
