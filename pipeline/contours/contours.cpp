@@ -133,11 +133,11 @@ constexpr std::array<faces::Resource, 2> kResources = {{
 }};
 
 void each_path(const Terrain& terrain, const faces::PathSink& sink) {
-  const auto shows = [&](const Place& place) {
+  faces::each_shown_tile(terrain, faces::Beyond::clear, sink, [&](const Place& place) -> std::optional<std::string> {
     const auto made = tile(terrain, place);
-    return !made || *made;  // a problem is told to whoever fetches it
-  };
-  faces::each_shown_tile(terrain, faces::Beyond::clear, sink, shows, path_at);
+    if (made && !*made) return std::nullopt;
+    return path_at(place);  // a problem is told to whoever fetches it
+  });
   sink(std::string(kDocument));
 }
 

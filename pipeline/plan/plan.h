@@ -1,8 +1,5 @@
 #pragma once
 // The numbers fixed before any tile is built.
-#include <array>
-#include <optional>
-#include <span>
 #include <string>
 #include <utility>
 
@@ -21,14 +18,8 @@ inline constexpr std::int64_t kExactSamples = std::int64_t{2049} * 2049;
 /// one percent of triangles. And provisional tiles reach down to the level of the blocks: with more blocks than this they would
 /// take too long.
 inline constexpr std::int64_t kSmallExactSamples = std::int64_t{1025} * 1025, kMostSmallBlocks = 128;
-/// The least and the greatest error of a finest level. Heights are steps of a millimetre, and an exact block takes four of them.
-inline constexpr double kLeastError_m = 0.01, kGreatestError_m = 1e6;
-inline constexpr std::array<const char*, 3> kQualities = {"fast", "default", "best"};
 /// The default strategy: exact wherever it can be, waves elsewhere.
 inline constexpr const char* kAutoStrategy = "auto";
-
-/// What is wrong with shares of triangles, finest level first, as a sentence goes on; nullopt: nothing is.
-std::optional<std::string> wrong_with_keep(std::span<const double> shares);
 
 /// Plans everything but the targets of keep=, which need a pilot (see pilot.h): levels, blocks, targets, steps.
 proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildOptions& options);

@@ -36,7 +36,6 @@ std::vector<OptionOf<SimplifyWish>> make_simplify_options() {
   };
   const std::vector<std::string> qualities = {"fast", "default", "best", "minimax"},
                                  strategies = {"waves", "cleap", "sequential"};
-  constexpr WholeRange kThreads{0, 1024};
   std::vector<OptionOf<SimplifyWish>> all = {
       {"keep", "SHARE", "keep this share of the triangles", "a number above 0 up to 1", take_share},
       {"triangles", "N", "keep so many triangles", "a whole number from 1 on", take_count<&SimplifyWish::triangles>},
@@ -49,8 +48,8 @@ std::vector<OptionOf<SimplifyWish>> make_simplify_options() {
        take_count<&SimplifyWish::collapses>},
       {"device", "DEVICE", "what computes", "auto, cpu, cuda or cuda:N",
        [](std::string_view text, SimplifyWish& wish) { return read_device(text, &wish.device); }},
-      {"threads", "N", "threads that measure the result; 0: one for each usable core", accepted_in(kThreads),
-       [=](std::string_view text, SimplifyWish& wish) { return read_whole(text, kThreads, &wish.threads); }},
+      whole_number<SimplifyWish>("threads", "N", "threads that measure the result; 0: one for each usable core", {0, 1024},
+                                 &SimplifyWish::threads),
   };
   for (OptionOf<SimplifyWish>& option : lifted(cleap_options(), &SimplifyWish::cleap)) {
     option.help = "cleap, sequential: " + option.help;

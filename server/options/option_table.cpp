@@ -6,6 +6,7 @@
 
 #include "gpu/simplify.h"
 #include "pipeline/plan/plan.h"
+#include "pipeline/plan/plan_options.h"
 #include "proto/lattice.h"
 #include "proto/letters.h"
 #include "proto/mesh.h"

@@ -6,36 +6,33 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
-#include <set>
 
 #include "proto/letters.h"
-#include "server/options/spoken_words.h"
 
 namespace cordillera::server {
 namespace {
 
-const std::string kVariable = "CORDILLERA_";
+const std::string kVariable = spelt("", Spelling::environment);
 
 std::string trimmed(std::string_view text) { return std::string(proto::trimmed(text, " \t\r")); }
 
-/// Whether it is nodata=hole or nodata=fill, under either name.
-bool is_old_nodata(const std::string& name, const std::string& value, Spelling spelling) {
-  static const std::vector<OptionName> kNodata = [] {
-    std::vector<OptionName> names = names_in(build_options());
-    std::erase_if(names, [](const OptionName& option) { return option.name != "nodata"; });
-    return names;
-  }();
+/// What the table of a build calls an option that somebody spelt so; empty: it has none.
+std::string own_name(const std::string& said, Spelling spelling) {
+  const auto place = place_of(said, names_in(build_options()), spelling);
+  return place ? build_options()[*place].name : "";
+}
+
+/// voids=hole and voids=fill; earlier versions had it of nodata=.
+bool says_what_becomes_of_voids(const std::string& value) {
   std::string word;
-  return !read_choice(value, {"hole", "fill"}, &word) && place_of(name, kNodata, spelling);
+  return !read_choice(value, {"hole", "fill"}, &word);
 }
 
 }  // namespace
 
 std::optional<proto::Problem> check_together(const Settings& settings, const Given& given, Spelling spelling) {
   const auto given_is = [&](const char* name) {
-    return std::any_of(given.begin(), given.end(), [&](const auto& option) {
-      return place_of(option.first, {{name, ""}}, spelling).has_value();
-    });
+    return std::any_of(given.begin(), given.end(), [&](const auto& option) { return own_name(option.first, spelling) == name; });
   };
   if (given_is("error") && given_is("keep")) {
     return proto::Problem{"options-conflict", "error and keep are two ways to say how fine the levels are; both are given",
@@ -54,7 +51,7 @@ std::optional<proto::Problem> check_together(const Settings& settings, const Giv
 
 Given in_present_words(Given given, Spelling spelling, proto::BuildOptions& build) {
   for (auto& [name, value] : given) {
-    if (!is_old_nodata(name, value, spelling)) continue;
+    if (!says_what_becomes_of_voids(value) || own_name(name, spelling) != "nodata") continue;
     const std::string nodata = spelt("nodata", spelling), voids = spelt("voids", spelling);
     const std::string sentence =
         nodata + "=" + value + " is understood as " + voids + "=" + value + "; " + nodata + "= takes a value that means no data";
@@ -72,8 +69,8 @@ proto::Result<Settings> with_layer(Settings settings, const std::vector<OptionSp
 }
 
 bool is_of_all_rasters(const std::string& name, const std::string& value) {
-  std::string word;
-  return is_old_nodata(name, value, Spelling::query) || (name == "voids" && !read_choice(value, {"hole", "fill"}, &word));
+  const std::string own = own_name(name, Spelling::query);
+  return (own == "voids" || own == "nodata") && says_what_becomes_of_voids(value);
 }
 
 std::optional<proto::Problem> check_raster_layer(const Given& given) {

@@ -77,17 +77,13 @@ Complaint apply_source_allow(std::string_view text, Settings& settings) {
 /// value: what stands for it in help.
 LimitOption limit(const char* name, const char* value, const char* help, WholeRange range, std::uint32_t Limits::*field,
                   const char* unit) {
-  const auto apply = [range, field](std::string_view text, Settings& settings) {
-    return read_whole(text, range, &(settings.serve.limits.*field));
-  };
-  return {{name, value, help, accepted_in(range), apply}, field, unit};
+  const auto place = [field](Settings& settings) -> std::uint32_t& { return settings.serve.limits.*field; };
+  return {whole_number<Settings>(name, value, help, range, place), field, unit};
 }
 
 OptionSpec number(const char* name, const char* value, const char* help, WholeRange range, std::uint32_t ServeSettings::*field) {
-  const auto apply = [range, field](std::string_view text, Settings& settings) {
-    return read_whole(text, range, &(settings.serve.*field));
-  };
-  return {name, value, help, accepted_in(range), apply};
+  const auto place = [field](Settings& settings) -> std::uint32_t& { return settings.serve.*field; };
+  return whole_number<Settings>(name, value, help, range, place);
 }
 
 std::vector<OptionSpec> make_serve_options() {

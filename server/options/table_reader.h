@@ -34,6 +34,13 @@ struct OptionOf {
   std::string alias = {};  ///< an older name that still works
 };
 
+/// A row for a whole number. place: where a wish has it, a member or what gives a reference.
+template <class Wish, class Place>
+OptionOf<Wish> whole_number(const char* name, const char* value, const char* help, WholeRange range, Place place) {
+  const auto apply = [=](std::string_view text, Wish& wish) { return read_whole(text, range, &std::invoke(place, wish)); };
+  return {name, value, help, accepted_in(range), apply};
+}
+
 /// The rows of a table, told to a part of another wish.
 template <class Wish, class Part>
 std::vector<OptionOf<Wish>> lifted(const std::vector<OptionOf<Part>>& table, Part Wish::*part) {

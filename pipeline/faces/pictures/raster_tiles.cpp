@@ -84,30 +84,30 @@ proto::Result<std::optional<Document>> raster_tile(const Terrain& terrain, const
   return zooms_of(terrain.manifest(), *extent).holds(place.z) ? empty_tile(terrain, place, style) : nothing();
 }
 
-void each_shown_tile(const Terrain& terrain, Beyond beyond, const PathSink& sink, const std::function<bool(const Place&)>& shows,
-                     const std::function<std::string(const Place&)>& path_of) {
+void each_shown_tile(const Terrain& terrain, Beyond beyond, const PathSink& sink,
+                     const std::function<std::optional<std::string>(const Place&)>& path_of) {
   const auto extent = extent_of(terrain.manifest());
   if (!extent) return;
   struct Candidate {
     Place place;
-    bool shown = false;
+    std::optional<std::string> path;
   };
   Batches<Candidate> candidates(
-      sink.threads(), [&](Candidate& one) { one.shown = shows(one.place); },
+      sink.threads(), [&](Candidate& one) { one.path = path_of(one.place); },
       [&](Candidate& one) {
-        if (one.shown) sink(path_of(one.place));
+        if (one.path) sink(*one.path);
       });
-  const std::function<void(const Place&)> add = [&](const Place& place) { candidates.add({place}); };
+  const std::function<void(const Place&)> add = [&](const Place& place) { candidates.add({place, {}}); };
   Walk{terrain, beyond, add, *extent, zooms_of(terrain.manifest(), *extent)}.visit({});
   candidates.finish();
 }
 
 void each_raster_tile(const Terrain& terrain, const RasterStyle& style, const PathSink& sink) {
-  const auto shows = [&](const Place& place) {
+  each_shown_tile(terrain, style.beyond, sink, [&](const Place& place) -> std::optional<std::string> {
     const auto tile = drawn(terrain, place, style);
-    return !tile || *tile;  // a problem is told to whoever fetches it
-  };
-  each_shown_tile(terrain, style.beyond, sink, shows, [&](const Place& place) { return path_at(style, place); });
+    if (tile && !*tile) return std::nullopt;
+    return path_at(style, place);  // a problem is told to whoever fetches it
+  });
 }
 
 }  // namespace cordillera::pipeline::faces

@@ -2,6 +2,8 @@
 // What every face of raster tiles does the same way, whatever its pixels mean.
 #include <cstdint>
 #include <functional>
+#include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -23,10 +25,10 @@ struct RasterStyle {
 /// what a TileJSON's bounds cover, and many of them complain about a refusal. Beyond the bounds and the zooms nothing exists.
 proto::Result<std::optional<Document>> raster_tile(const Terrain& terrain, const Place& place, const RasterStyle& style);
 
-/// Tiles of the dataset's zooms that show something, from coarse to fine. shows: of one under which there are meshes, or what is
-/// filled in where there are none; called by the sink's threads.
-void each_shown_tile(const Terrain& terrain, Beyond beyond, const PathSink& sink, const std::function<bool(const Place&)>& shows,
-                     const std::function<std::string(const Place&)>& path_of);
+/// Tiles of the dataset's zooms that show something, from coarse to fine. path_of: of a tile under which there are meshes, or
+/// what is filled in where there are none; nothing where it shows nothing. Called by the sink's threads.
+void each_shown_tile(const Terrain& terrain, Beyond beyond, const PathSink& sink,
+                     const std::function<std::optional<std::string>(const Place&)>& path_of);
 
 /// Paths of the tiles that have something to show.
 void each_raster_tile(const Terrain& terrain, const RasterStyle& style, const PathSink& sink);

@@ -137,17 +137,16 @@ struct AskedWords {
 };
 
 std::vector<OptionOf<AskedWords>> elevation_words(WholeRange levels) {
-  constexpr WholeRange kSamples{2, kMostPlaces};
   const auto text = [](std::optional<std::string> AskedWords::*word) {
     return [word](std::string_view said, AskedWords& words) { return (words.*word).emplace(said), Complaint(); };
   };
-  const auto whole = [](WholeRange range, std::optional<std::uint32_t> AskedWords::*word) {
-    return [=](std::string_view said, AskedWords& words) { return read_whole(said, range, &(words.*word).emplace()); };
+  const auto number = [](std::optional<std::uint32_t> AskedWords::*word) {
+    return [word](AskedWords& words) -> std::uint32_t& { return (words.*word).emplace(); };
   };
   return {{"points", "PLACES", "places, one by one", kPlaceText, text(&AskedWords::points)},
           {"line", "PLACES", "a line through places", kPlaceText, text(&AskedWords::line)},
-          {"samples", "N", "places along the line", accepted_in(kSamples), whole(kSamples, &AskedWords::samples)},
-          {"level", "LEVEL", "of the dataset", accepted_in(levels), whole(levels, &AskedWords::level)}};
+          whole_number<AskedWords>("samples", "N", "places along the line", {2, kMostPlaces}, number(&AskedWords::samples)),
+          whole_number<AskedWords>("level", "LEVEL", "of the dataset", levels, number(&AskedWords::level))};
 }
 
 proto::Result<Shape> shape_of(const Request& request, const AskedWords& words) {
