@@ -52,6 +52,16 @@ TEST_P(ExactAbove, TrianglesAreNearlyThoseOfOnePiece) {
     EXPECT_LE(static_cast<double>(levels[l].triangles.size()), 1.15 * static_cast<double>(piece[l].triangles.size()) + 40)
         << "level " << l;
 }
+TEST_P(ExactAbove, CudaGivesTheSame) {
+  const auto simplifier = make_block_simplifier("cuda");
+  if (!simplifier.ok()) GTEST_SKIP() << simplifier.problem().line();
+  const proto::Samples samples = made_samples(GetParam().terrain, GetParam().window);
+  const Block block = whole(samples);
+  const BlockPlan plan = plan_of(GetParam().tolerance_m, kLevels, 32);
+  const auto levels = simplified_above(**simplifier, block, plan, kBelow);
+  ASSERT_TRUE(levels.ok());
+  EXPECT_EQ(hash_of(*levels, block, plan), hash_of(above(block, plan), block, plan));
+}
 INSTANTIATE_TEST_SUITE_P(Made, ExactAbove,
                          testing::Values(Case{"alpine", 5, {0, 0, 513, 385}}, Case{"rolling", 2, {640, -320, 257, 257}},
                                          Case{"city", 2, {0, 0, 193, 257}}, Case{"islands", 3, {0, 0, 513, 257}},

@@ -109,7 +109,7 @@ class BlockTeam {
       }
       sums.sum = group.sum(sums.sum);
       sums.weight = group.sum(sums.weight);
-      if (group.lane == 0 && sums.weight != 0) {
+      if (group.lane == 0 && (sums.sum != 0 || sums.weight != 0)) {  // samples far from the vertex have a sum, and no weight
         atomicAdd(&w.pull(work.vertex(i)), sums.sum);
         atomicAdd(&w.pull_weight(work.vertex(i)), sums.weight);
       }

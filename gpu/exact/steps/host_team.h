@@ -43,7 +43,8 @@ inline bool fits(const Triangle& t, const Field& field) {
     }
     return true;
   }
-  const int tier = is_small(t) ? 0 : first_tier(t);
+  // Coded samples may fail where a larger square's plane is certain: so squares of the same tier are asked as on a GPU.
+  const int tier = field.height && is_small(t) ? 0 : first_tier(t);
   return squares_fit(t, field, tier, squares_under(t, tier), EightAtOnce{});
 }
 
