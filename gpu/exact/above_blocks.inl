@@ -1,4 +1,6 @@
 // Levels above blocks, and what blocks hand out for them; included by engine.inl only.
+#include <optional>
+
 #include "gpu/exact/engine.h"
 
 namespace cordillera::gpu::exact {
@@ -7,8 +9,14 @@ template <class Executor>
 proto::Result<std::vector<BlockMesh>> Engine<Executor>::simplify_above(const Ground& ground, const BlockMesh& start,
                                                                        const BlockPlan& plan, const Watch& follow) {
   if (auto problem = check_call(ground, plan)) return *problem;
-  const auto rings = ring_mesh(start, ground.columns, ground.rows);
-  if (!rings.ok()) return rings.problem();
+  std::optional<proto::Result<RingMesh>> rings;
+  std::vector<std::uint16_t> to_valid, to_void;
+  executor_->parallel(3, [&](std::size_t k) {
+    if (k == 0) rings = ring_mesh(start, ground.columns, ground.rows);
+    if (k == 1) to_valid = squares_to_valid(ground);
+    if (k == 2) to_void = squares_to_void(ground);
+  });
+  if (!rings->ok()) return rings->problem();
   executor_->use(follow.stop);
   proto::StopWatch watch;
   times_ = {};
@@ -18,10 +26,10 @@ proto::Result<std::vector<BlockMesh>> Engine<Executor>::simplify_above(const Gro
   block.curve = ground.curve, block.curve_up = ground.curve_up;
   block.narrowest_m = ground.narrowest_m;
   lay_out_blocks({&block, 1}, plan, Holds::squares);
-  load_ground(ground, joined_depths(ground, plan.levels.back().rim_reach));
+  load_ground(ground, joined_depths(ground, plan.levels.back().rim_reach, to_valid, to_void));
   load_curves({&block, 1});
   bound(1);
-  load_start(*rings);
+  load_start(**rings);
   auto levels = run_levels(plan, follow, watch);
   if (!levels.ok()) return levels.problem();
   return std::move(levels->front());

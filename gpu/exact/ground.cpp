@@ -9,16 +9,20 @@
 namespace cordillera::gpu::exact {
 namespace {
 
-/// How many squares a square is from the nearest one with `has`, in columns and in rows; kMost: farther than was looked.
-std::vector<std::uint16_t> squares_apart(std::span<const std::uint8_t> has, std::int32_t across, std::int32_t up) {
+/// From the nearest square with has(its depth); kMost: farther than was looked.
+template <class Has>
+std::vector<std::uint16_t> squares_apart(const Ground& ground, const Has& has) {
   constexpr std::uint16_t kMost = 1 << 14;
-  std::vector<std::uint16_t> apart(has.size());
+  const std::vector<Depth>& depths = ground.squares.depth;
+  if (depths.empty()) return {};
+  const auto across = static_cast<std::int32_t>(ground.across()), up = static_cast<std::int32_t>(ground.up());
+  std::vector<std::uint16_t> apart(depths.size());
   const auto at = [&](std::int32_t x, std::int32_t y) -> std::uint16_t {
     return x < 0 || y < 0 || x >= across || y >= up
                ? kMost
                : apart[static_cast<std::size_t>(y) * static_cast<std::size_t>(across) + static_cast<std::size_t>(x)];
   };
-  for (std::size_t i = 0; i < has.size(); ++i) apart[i] = has[i] ? 0 : kMost;
+  for (std::size_t i = 0; i < depths.size(); ++i) apart[i] = has(depths[i]) ? 0 : kMost;
   // Neighbours before a square, then those after it: exact where a step goes to any of eight.
   const auto sweep = [&](std::int32_t x, std::int32_t y, std::int32_t row) {
     std::uint16_t& here = apart[static_cast<std::size_t>(y) * static_cast<std::size_t>(across) + static_cast<std::size_t>(x)];
@@ -83,16 +87,16 @@ class Fan {
 
 }  // namespace
 
-std::vector<Depth> joined_depths(const Ground& ground, int reach) {
+std::vector<std::uint16_t> squares_to_valid(const Ground& ground) {
+  return squares_apart(ground, [](Depth depth) { return has_deep_valid(depth, -1); });
+}
+std::vector<std::uint16_t> squares_to_void(const Ground& ground) {
+  return squares_apart(ground, [](Depth depth) { return has_deep_void(depth, -1); });
+}
+
+std::vector<Depth> joined_depths(const Ground& ground, int reach, std::span<const std::uint16_t> to_valid,
+                                 std::span<const std::uint16_t> to_void) {
   std::vector<Depth> depths = ground.squares.depth;
-  if (depths.empty()) return depths;
-  const std::int32_t across = (ground.columns - 1) / 8 + 1, up = (ground.rows - 1) / 8 + 1;
-  std::vector<std::uint8_t> has_valid, has_void;
-  for (const Depth depth : depths) {
-    has_valid.push_back(has_deep_valid(depth, -1));
-    has_void.push_back(has_deep_void(depth, -1));
-  }
-  const std::vector<std::uint16_t> to_valid = squares_apart(has_valid, across, up), to_void = squares_apart(has_void, across, up);
   for (std::size_t i = 0; i < depths.size(); ++i) {
     const auto nearer = [&](int known, std::uint16_t apart) {
       const int r = reach_of(apart);

@@ -9,9 +9,14 @@
 
 namespace cordillera::gpu::exact {
 
+/// How many squares each square of a ground is from the nearest one with valid samples, or with voids: in columns or in rows,
+/// where that is more. Empty: no voids.
+std::vector<std::uint16_t> squares_to_valid(const Ground& ground);
+std::vector<std::uint16_t> squares_to_void(const Ground& ground);
 /// A ground's squares hold how far their samples are from the other kind as far as their block knows it. Where that is less by
 /// how far squares are apart, also of other blocks, that is given, up to 2^reach; never less than it is. Empty: no voids.
-std::vector<Depth> joined_depths(const Ground& ground, int reach);
+std::vector<Depth> joined_depths(const Ground& ground, int reach, std::span<const std::uint16_t> to_valid,
+                                 std::span<const std::uint16_t> to_void);
 
 /// The ring-only mesh of a triangulation; on the host.
 struct RingMesh {

@@ -38,11 +38,15 @@ proto::BuildOptions effective(const BuildRequest& request, const proto::Plan& pl
 
 }  // namespace
 
-std::optional<raster::ValueLook> note_values(raster::Source& source, proto::Manifest& manifest) {
+std::optional<raster::ValueLook> look_at_values(raster::Source& source) {
   const auto pixels = source.decimate(raster::kPixelsLookedAt);
   if (!pixels.ok() || *pixels == nullptr) return std::nullopt;  // several rasters, or too much of one to be decoded
-  for (const std::string& note : raster::notes_on((*pixels)->look)) manifest.add_notes(note);
   return (*pixels)->look;
+}
+
+void note_values(const std::optional<raster::ValueLook>& look, proto::Manifest& manifest) {
+  if (!look) return;
+  for (const std::string& note : raster::notes_on(*look)) manifest.add_notes(note);
 }
 
 proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& plan, const proto::Source& source,

@@ -19,8 +19,9 @@ struct Machine {
 proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& plan, const proto::Source& source,
                                const Machine& machine);
 
-/// Looks at values of the source, and notes in the manifest what a person should know of them. None: several rasters, or too much
-/// would have to be read.
-std::optional<raster::ValueLook> note_values(raster::Source& source, proto::Manifest& manifest);
+/// None: several rasters, or too much would have to be read.
+std::optional<raster::ValueLook> look_at_values(raster::Source& source);
+/// What a person should know of values that were looked at.
+void note_values(const std::optional<raster::ValueLook>& look, proto::Manifest& manifest);
 
 }  // namespace cordillera::pipeline

@@ -160,12 +160,17 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
   }
   auto store = StoreWriter::open(request.store_path, *plan, request.other);
   if (!store.ok()) return store.problem();
+  // While blocks are made, where there is a thread for it; a lazy build seldom comes to its end.
+  const bool at_the_end =
+      shop.workers.threads() == 1 || (request.follower && request.follower->lazy()) || is_provisional(request);
+  auto values = std::async(at_the_end ? std::launch::deferred : std::launch::async | std::launch::deferred,
+                           [&] { return look_at_values(**source); });
   const Site site{*plan, shop, **store, teller, request.follower, Consumed::removed, stop};
   if (const auto made = make_stages(site, stages_of(*plan)); !made.ok()) return made.problem();
   const proto::Source& described = request.decimation ? request.decimation->of : (*source)->description();
   proto::Manifest manifest = blank_manifest(request, *plan, described, {shop.workers.threads(), builder.device()});
   manifest.set_provisional(is_provisional(request));
-  if (!is_provisional(request)) note_values(**source, manifest);
+  if (!is_provisional(request)) note_values(values.get(), manifest);
   manifest.set_device(builder.device());  // in the manifest alone: tiles are the same bytes wherever they were made
   auto published = (*store)->publish(std::move(manifest));
   if (!published.ok() && published.problem().type == "no-data") return without_data(request);

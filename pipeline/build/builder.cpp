@@ -35,16 +35,26 @@ int height_rounds(const proto::BuildOptions& options) {
   return options.quality() == "fast" ? -1 : options.quality() == "best" ? 2 : 0;
 }
 
+/// Samples of a whole block.
+double samples_of_block(const proto::Plan& plan) {
+  const double units = static_cast<double>(lattice_of(plan).tile_units(static_cast<int>(plan.block_level())));
+  return std::min(units, static_cast<double>(plan.window(2)) - plan.window(0)) *
+             std::min(units, static_cast<double>(plan.window(3)) - plan.window(1)) +
+         1;
+}
+
+double memory_for_blocks(std::uint32_t memory_mib) {
+  constexpr double kUsualMemory = 4e9;
+  return memory_mib > 0 ? 0.75 * memory_mib * (1 << 20) : kUsualMemory;
+}
+
 /// How many exact blocks are simplified side by side, up to `most`: the more, the smaller they are.
 std::size_t exact_at_once(const proto::Plan& plan, unsigned threads, std::uint32_t memory_mib, std::size_t most) {
   if (threads <= 1) return 1;
-  constexpr double kBytesOfSample = 200;  // measured: 57 on ground of which 30 % are vertices at first, 190 where 82 % are
-  constexpr double kSamplesOfThread = 1 << 20, kUsualMemory = 4e9;  // so many samples, and a thread seldom waits
-  const double units = static_cast<double>(lattice_of(plan).tile_units(static_cast<int>(plan.block_level())));
-  const double samples = std::min(units, static_cast<double>(plan.window(2)) - plan.window(0)) *
-                             std::min(units, static_cast<double>(plan.window(3)) - plan.window(1)) +
-                         1;
-  const double by_memory = (memory_mib > 0 ? 0.75 * memory_mib * (1 << 20) : kUsualMemory) / (kBytesOfSample * samples);
+  constexpr double kBytesOfSample = 200;        // measured: 57 on ground of which 30 % are vertices at first, 190 where 82 % are
+  constexpr double kSamplesOfThread = 1 << 20;  // so many, and a thread seldom waits
+  const double samples = samples_of_block(plan);
+  const double by_memory = memory_for_blocks(memory_mib) / (kBytesOfSample * samples);
   const double by_threads = 2 + threads / std::max(1.0, samples / kSamplesOfThread);
   return std::clamp(static_cast<std::size_t>(std::min(by_memory, by_threads)), std::size_t{1}, most);
 }
@@ -82,6 +92,13 @@ std::size_t Builder::tasks_at_once() const {
   return std::min(most, 2 + threads / std::max<std::size_t>(1, tiles / kTilesOfThread));
 }
 
+std::size_t Builder::tasks_ahead() const {
+  if (workers_.threads() <= 1 || !plan_.exact() || !exact_.on_gpu()) return 0;
+  constexpr double kMost = 16, kShare = 0.1, kBytesOfSample = 8;  // as it is read
+  const double by_memory = kShare * memory_for_blocks(room_.memory_mib) / (kBytesOfSample * samples_of_block(plan_));
+  return static_cast<std::size_t>(std::min(by_memory, kMost));
+}
+
 proto::Result<void> Builder::prepare() {
   // Tile meshes come and go by the megabyte: given back to the system each time, half of the build would be page faults.
   mallopt(M_MMAP_THRESHOLD, 1 << 30);
@@ -96,8 +113,8 @@ proto::Result<void> Builder::prepare() {
     constexpr std::size_t kTurnsOfGpu = 2;  // one works while the other does its part on the host
     const auto at_once = [&](std::size_t most) { return exact_at_once(plan_, workers_.threads(), room_.memory_mib, most); };
     const std::size_t on_gpu = at_once(kMostOnGpu), turns = std::min(on_gpu, kTurnsOfGpu);
-    const auto opened = exact_.open(room_.device, {at_once(kMostOnCpu), 1}, {turns, on_gpu / turns});
-    if (!opened.ok() || !has_levels_above(plan_) || merged_at_once(plan_)) return opened;
+    exact_.open(room_.device, {at_once(kMostOnCpu), 1}, {turns, on_gpu / turns});
+    if (!has_levels_above(plan_) || merged_at_once(plan_)) return {};
   }
   return open_simplifiers();
 }
@@ -367,8 +384,12 @@ proto::Result<FinishedTask> Builder::block(const proto::TileAddress& node, const
 proto::Result<FinishedTask> Builder::merge_at_once(const ChildMesh& mesh_of) {
   const std::vector<proto::TileAddress> below = nodes_below(plan_, {});
   std::vector<std::optional<proto::Result<KeptBlock>>> blocks(below.size());
-  workers_.each(below.size(), [&](std::size_t k, unsigned) {
-    if (const std::optional<std::string> bytes = mesh_of(below[k])) blocks[k] = kept_block_from(*bytes);
+  gpu::exact::Ground unknown;
+  workers_.each(1 + below.size(), [&](std::size_t k, unsigned) {
+    if (k == 0)
+      unknown = unknown_ground(plan_);
+    else if (const std::optional<std::string> bytes = mesh_of(below[k - 1]))
+      blocks[k - 1] = kept_block_from(*bytes);
   });
   std::vector<const KeptBlock*> kept(below.size());
   std::vector<proto::TileAddress> consumed;
@@ -378,7 +399,7 @@ proto::Result<FinishedTask> Builder::merge_at_once(const ChildMesh& mesh_of) {
     kept[k] = &**blocks[k];
     consumed.push_back(below[k]);
   }
-  auto task = build_exact_above(plan_, kept, exact_, workers_);
+  auto task = build_exact_above(plan_, std::move(unknown), kept, exact_, workers_);
   if (stop_) return kCancelled;
   if (task.ok()) task->consumed = std::move(consumed);
   return task;

@@ -36,8 +36,9 @@ class Builder {
   using OpenSource = std::function<proto::Result<std::unique_ptr<raster::Source>>()>;
 
   Builder(const proto::Plan& plan, Workers& workers, OpenSource open, Room room, const std::atomic<bool>& stop);
-  proto::Result<void> prepare();  ///< opens sources and simplifiers
-  std::string device() const;     ///< where tiles are made now: a GPU that fails gives way to the CPU, and the words say so
+  /// Opens sources, and begins to open the device: one that cannot be used is a problem of this or of the first task.
+  proto::Result<void> prepare();
+  std::string device() const;  ///< where tiles are made now: a GPU that fails gives way to the CPU, and the words say so
   /// The targets are in the plan's copy that the caller changed: take them over. alone: nodes are samples of a dry run, each for
   /// itself.
   void use(const proto::Plan& plan, bool alone = false) { plan_ = plan, alone_ = alone; }
@@ -47,6 +48,8 @@ class Builder {
   /// How many blocks keep the threads busy, or as many as there is memory for. Each holds the samples of its block, and its
   /// finest meshes.
   std::size_t tasks_at_once() const;
+  /// How many more there may be for whom nobody waits: while a GPU is busy, or being opened, threads read the next blocks.
+  std::size_t tasks_ahead() const;
 
   /// Tiles of all levels below and including the block, from the finest up. share: how much of it is done, 0 to 1; called by any
   /// thread.

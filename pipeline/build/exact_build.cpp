@@ -251,11 +251,16 @@ class AboveBuild {
     std::vector<std::unique_ptr<ErrorStatement>> statements(tiles.size());
     workers_.each(tiles.size(),
                   [&](std::size_t k, unsigned) { statements[k] = std::make_unique<ErrorStatement>(context, known_, tiles[k]); });
-    std::vector<std::pair<std::size_t, std::size_t>> pieces;  // of a tile
-    for (std::size_t k = 0; k < tiles.size(); ++k) {
-      for (std::size_t piece = 0; piece < statements[k]->pieces(); ++piece) pieces.emplace_back(k, piece);
-    }
-    workers_.each(pieces.size(), [&](std::size_t n, unsigned) { statements[pieces[n].first]->measure(pieces[n].second); });
+    const auto each_part = [&](std::size_t (ErrorStatement::*count)() const, void (ErrorStatement::*measure)(std::size_t)) {
+      std::vector<std::pair<ErrorStatement*, std::size_t>> parts;
+      for (const auto& statement : statements) {
+        for (std::size_t part = 0; part < (*statement.*count)(); ++part) parts.emplace_back(statement.get(), part);
+      }
+      workers_.each(parts.size(), [&](std::size_t n, unsigned) { (parts[n].first->*measure)(parts[n].second); });
+    };
+    each_part(&ErrorStatement::pieces, &ErrorStatement::measure);
+    workers_.each(tiles.size(), [&](std::size_t k, unsigned) { statements[k]->put_back(); });
+    each_part(&ErrorStatement::bands, &ErrorStatement::measure_band);
     workers_.each(tiles.size(), [&](std::size_t k, unsigned) {
       statements[k]->finish();
       made[k] = encode_tile(context, tiles[k], plan_.options());
@@ -279,12 +284,13 @@ class AboveBuild {
 
 }  // namespace
 
-proto::Result<FinishedTask> build_exact_above(const proto::Plan& plan, const std::vector<const KeptBlock*>& kept,
-                                              ExactSimplifiers& simplifiers, Workers& workers) {
+proto::Result<FinishedTask> build_exact_above(const proto::Plan& plan, gpu::exact::Ground&& unknown,
+                                              const std::vector<const KeptBlock*>& kept, ExactSimplifiers& simplifiers,
+                                              Workers& workers) {
   FinishedTask task;
   task.node = node_above(plan);
   if (std::all_of(kept.begin(), kept.end(), [](const KeptBlock* block) { return !block; })) return task;
-  auto tiles = AboveBuild(plan, join_blocks(plan, kept), workers).run(simplifiers);
+  auto tiles = AboveBuild(plan, join_blocks(plan, std::move(unknown), kept, workers), workers).run(simplifiers);
   if (!tiles.ok()) return tiles.problem();
   task.tiles = std::move(*tiles);
   return task;

@@ -65,16 +65,18 @@ class RunningTasks {
   std::map<std::size_t, std::future<Made>> under_way_;  // the last: its tasks use what is before it
 };
 
-/// make(k) for 0 .. count - 1, at_once of them side by side, each in a thread of its own; take(k, task) in their order, in the
-/// caller's. Those that end before their turn make room for others. The first problem ends it, after those under way.
-inline proto::Result<void> in_flight(std::size_t count, std::size_t at_once,
+/// make(k) for 0 .. count - 1, at_once() of them side by side, each in a thread of its own; take(k, task) in their order, in the
+/// caller's. Those that end before their turn make room for others. The first problem ends it, after those under way. at_once()
+/// is asked after each.
+inline proto::Result<void> in_flight(std::size_t count, const std::function<std::size_t()>& at_once,
                                      const std::function<proto::Result<FinishedTask>(std::size_t)>& make,
                                      const std::function<proto::Result<void>(std::size_t, FinishedTask&&)>& take) {
   constexpr std::size_t kMostBegun = 4;  // times at_once, with those that wait for their turn: a finished task is a few megabytes
   std::map<std::size_t, RunningTasks::Made> waiting;
   RunningTasks running(make);
   for (std::size_t k = 0, next = 0; k < count;) {
-    while (next < count && running.count() < at_once && next - k < kMostBegun * at_once) running.begin(next++);
+    const std::size_t most = at_once();
+    while (next < count && running.count() < most && next - k < kMostBegun * most) running.begin(next++);
     auto made = waiting.extract(k);
     if (!made) {
       waiting.insert(running.ended());

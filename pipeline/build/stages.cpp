@@ -74,7 +74,6 @@ proto::Result<void> build_looked_at(const Site& site, const std::vector<proto::T
   BlockFollower& follower = *site.follower;
   const auto has_tiles = [&](const proto::TileAddress& block) { return follower.has_tiles(block); };
   auto left = std::count_if(blocks.begin(), blocks.end(), has_tiles);
-  const std::size_t at_once = site.shop.builder.tasks_at_once();
   const auto began = Clock::now();
   std::optional<Clock::time_point> made;
   RunningTasks running([&](std::size_t k) { return make(blocks[k]); });
@@ -84,6 +83,7 @@ proto::Result<void> build_looked_at(const Site& site, const std::vector<proto::T
     const bool is_over = made && Clock::now() - began > (others_wait ? kTurnBeforeOthers : kTurn);
     if (is_over && running.count() == 0) return kTurnIsOver;
     // Looks come one after the other, as a map draws: who looks later does not wait for what was begun before.
+    const std::size_t at_once = std::max(site.shop.builder.tasks_at_once(), running.count());
     std::vector<std::size_t> wanted = order.looked_at(is_over ? 0 : at_once - running.count());
     if (wanted.empty() && running.count() == 0) {
       // What is shown of a store that was lost is nobody's wish any more, and is missing all the same.
@@ -149,10 +149,10 @@ proto::Result<void> build_blocks(const Site& site, const std::vector<proto::Tile
   const bool lazy = site.follower && site.follower->lazy();
   if (lazy) show_made(site, all);
   BlockOrder order(blocks, site.follower);
-  auto built =
-      lazy ? build_looked_at(site, blocks, order, make, take)
-           : in_flight(
-                 blocks.size(), site.shop.builder.tasks_at_once(), [&](std::size_t) { return make(blocks[order.next()]); }, take);
+  auto built = lazy ? build_looked_at(site, blocks, order, make, take)
+                    : in_flight(
+                          blocks.size(), [&] { return site.shop.builder.tasks_at_once() + site.shop.builder.tasks_ahead(); },
+                          [&](std::size_t) { return make(blocks[order.next()]); }, take);
   if (built.ok()) site.teller.tell(total);  // parts add up to it but for rounding
   return built;
 }
@@ -175,10 +175,12 @@ proto::Result<void> merge_upwards(const Site& site, const Stages& stages) {
       return site.shop.builder.merge(nodes[k], [&](const proto::TileAddress& child) { return site.store.mesh(child); });
     };
     // A merge is one tile: as many side by side as there are threads.
-    const auto merged = in_flight(nodes.size(), site.shop.workers.threads(), make, [&](std::size_t, FinishedTask&& task) {
-      done.add(1);
-      return commit(site, task);
-    });
+    const auto merged = in_flight(
+        nodes.size(), [&] { return site.shop.workers.threads(); }, make,
+        [&](std::size_t, FinishedTask&& task) {
+          done.add(1);
+          return commit(site, task);
+        });
     if (!merged.ok()) return merged.problem();
   }
   return {};

@@ -127,7 +127,8 @@ proto::Result<Estimate> estimate(const BuildRequest& request) {
   if (shares) take_shares(request.options, sums);
   Estimate estimate;
   estimate.manifest = blank_manifest(request, *plan, (*source)->description(), {threads, builder.device()});
-  estimate.values = note_values(**source, estimate.manifest);
+  estimate.values = look_at_values(**source);
+  note_values(estimate.values, estimate.manifest);
   note_datums(estimate.manifest);
   fill_in(*plan, sums, estimate.manifest);
   estimate.seconds = seconds_for(*sampled, sums, threads, shares);

@@ -52,7 +52,8 @@ proto::Result<std::vector<FinishedTask>> Sampler::blocks(const proto::Plan& plan
   builder_.use(plan, static_cast<int>(plan.block_level()) != block_level_);
   std::vector<FinishedTask> tasks;
   const auto built = in_flight(
-      nodes.size(), builder_.tasks_at_once(), [&](std::size_t k) { return builder_.block(nodes[k], [](double) {}); },
+      nodes.size(), [&] { return builder_.tasks_at_once(); },
+      [&](std::size_t k) { return builder_.block(nodes[k], [](double) {}); },
       [&](std::size_t, FinishedTask&& task) -> proto::Result<void> {
         tasks.push_back(std::move(task));
         return {};

@@ -73,7 +73,10 @@ struct Wanted {
 
 class Together : public testing::Test {
  protected:
-  void SetUp() override { ASSERT_TRUE(simplifiers_.open("cpu", {1, 4}, {1, 1}).ok()); }
+  void SetUp() override {
+    simplifiers_.open("cpu", {1, 4}, {1, 1});
+    ASSERT_TRUE(simplifiers_.opened().ok());
+  }
 
   /// The first has the only turn until all others wait.
   void ask_all(std::vector<Wanted>& wanted) {
@@ -119,6 +122,28 @@ TEST_F(Together, APlanThatCannotBeIsAProblemOfItsOwn) {
     EXPECT_EQ(problems_[k].ok(), k != 3);
     if (k != 3) wanted[k].expect_as_alone();
   }
+}
+
+TEST(Opening, ADeviceThatIsNotThereIsAProblemOfWhoeverAsks) {
+  const std::atomic<bool> stop{false};
+  ExactSimplifiers simplifiers({gpu::one_after_the_other, gpu::one_after_the_other}, stop);
+  simplifiers.open("cuda:99", {1, 1}, {2, 4});
+  std::vector<std::future<proto::Result<void>>> results;
+  std::vector<Wanted> wanted(3, {waves(0), plan_of(1), {}, {}, {}});
+  for (Wanted& one : wanted) results.push_back(std::async(std::launch::async, [&] { return one.ask(simplifiers); }));
+  for (auto& result : results) EXPECT_EQ(result.get().problem().type, "device-unavailable");
+  EXPECT_EQ(simplifiers.opened().problem().type, "device-unavailable");
+  EXPECT_EQ(simplifiers.waiting(), 0u);
+}
+
+TEST(Opening, ThereIsRoomForAGpuUntilItIsKnownThatThereIsNone) {
+  const std::atomic<bool> stop{false};
+  ExactSimplifiers simplifiers({gpu::one_after_the_other, gpu::one_after_the_other}, stop);
+  simplifiers.open("auto", {3, 1}, {2, 4});
+  ASSERT_TRUE(simplifiers.opened().ok());
+  const bool on_gpu = simplifiers.device() != "cpu";
+  EXPECT_EQ(simplifiers.on_gpu(), on_gpu);
+  EXPECT_EQ(simplifiers.at_once(), on_gpu ? 8u : 3u);
 }
 
 /// Who waits for a call that ends with an exception has it too, and is not left waiting.

@@ -146,7 +146,7 @@ TEST(InFlight, TasksAreTakenInOrderAndNoMoreAreMadeAtOnce) {
   std::atomic<int> now{0}, most{0};
   std::vector<std::size_t> taken;
   const auto all = in_flight(
-      30, 4,
+      30, [] { return 4; },
       [&](std::size_t k) -> proto::Result<FinishedTask> {
         const int here = ++now;
         for (int before = most; here > before && !most.compare_exchange_weak(before, here);) {}
@@ -172,7 +172,7 @@ TEST(InFlight, ThoseThatEndMakeRoomThoughTheFirstGoesOn) {
   std::size_t taken = 0;
   bool waited_in_vain = true;
   const auto all = in_flight(
-      6, 2,
+      6, [] { return 2; },
       [&](std::size_t k) -> proto::Result<FinishedTask> {
         if (k == 0) waited_in_vain = fifth.get_future().wait_for(std::chrono::seconds(60)) != std::future_status::ready;
         if (k == 4) fifth.set_value();
@@ -187,20 +187,39 @@ TEST(InFlight, ThoseThatEndMakeRoomThoughTheFirstGoesOn) {
   EXPECT_FALSE(waited_in_vain);
 }
 
+TEST(InFlight, WhereThereIsMoreRoomMoreBegin) {
+  std::atomic<std::size_t> room{1};
+  std::promise<void> second;
+  bool waited_in_vain = true;
+  const auto all = in_flight(
+      3, [&] { return room.load(); },
+      [&](std::size_t k) -> proto::Result<FinishedTask> {
+        if (k == 0) room = 2;
+        if (k == 1) waited_in_vain = second.get_future().wait_for(std::chrono::seconds(60)) != std::future_status::ready;
+        if (k == 2) second.set_value();
+        return FinishedTask{};
+      },
+      [](std::size_t, FinishedTask&&) -> proto::Result<void> { return {}; });
+  EXPECT_TRUE(all.ok());
+  EXPECT_FALSE(waited_in_vain);
+}
+
 TEST(InFlight, ThoseThatThrowEndIt) {
   const auto make = [](std::size_t k) -> proto::Result<FinishedTask> {
     if (k == 5) throw std::runtime_error("the fifth");
     return FinishedTask{};
   };
   const auto take = [](std::size_t, FinishedTask&&) -> proto::Result<void> { return {}; };
-  EXPECT_THROW((void)in_flight(20, 3, make, take), std::runtime_error);
+  EXPECT_THROW((void)in_flight(
+                   20, [] { return 3; }, make, take),
+               std::runtime_error);
 }
 
 TEST(InFlight, TheFirstProblemEndsIt) {
   std::atomic<int> made{0};
   std::size_t taken = 0;
   const auto all = in_flight(
-      1000, 3,
+      1000, [] { return 3; },
       [&](std::size_t k) -> proto::Result<FinishedTask> {
         ++made;
         if (k == 7) return proto::Problem{"raster-damaged", "the seventh", "", ""};

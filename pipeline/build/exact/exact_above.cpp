@@ -127,24 +127,34 @@ BlockPlace place_above(const proto::Plan& plan) {
   return place;
 }
 
-Above join_blocks(const proto::Plan& plan, const std::vector<const KeptBlock*>& kept) {
+Ground unknown_ground(const proto::Plan& plan) {
   const BlockGrid grid = grid_of(plan);
   const BlockPlace place = place_above(plan);
   const auto side = static_cast<std::int32_t>(block_units(plan));
-  Above above;
-  Ground& ground = above.ground;
+  Ground ground;
   ground.west = place.west, ground.south = place.south;
   ground.columns = grid.across * side + 1, ground.rows = grid.up * side + 1;
   const std::size_t squares = ground.across() * ground.up();
   ground.squares.plane.assign(squares, {0, 0, 0, gpu::exact::kNothing});
   ground.squares.code.assign(64 * squares, 0);
+  return ground;
+}
+
+Above join_blocks(const proto::Plan& plan, Ground&& unknown, const std::vector<const KeptBlock*>& kept, Workers& workers) {
+  const BlockGrid grid = grid_of(plan);
+  const auto side = static_cast<std::int32_t>(block_units(plan));
+  Above above{std::move(unknown), {}};
+  Ground& ground = above.ground;
   const bool voids =
       std::any_of(kept.begin(), kept.end(), [](const KeptBlock* block) { return !block || !block->squares.depth.empty(); });
-  if (voids) ground.squares.depth.assign(squares, gpu::exact::void_depth(gpu::exact::kFarthest));
-  for (std::int32_t k = 0; k < grid.count(); ++k) {
-    if (const KeptBlock* const block = kept[static_cast<std::size_t>(k)]) place_squares(block->squares, grid, k, side, ground);
-  }
-  above.start = Mosaic(grid, side, kept).mesh();
+  if (voids) ground.squares.depth.assign(ground.squares.plane.size(), gpu::exact::void_depth(gpu::exact::kFarthest));
+  workers.each(1 + kept.size(), [&](std::size_t k, unsigned) {
+    if (k == 0) {  // it takes longest
+      above.start = Mosaic(grid, side, kept).mesh();
+    } else if (const KeptBlock* const block = kept[k - 1]) {
+      place_squares(block->squares, grid, static_cast<std::int32_t>(k - 1), side, ground);
+    }
+  });
   return above;
 }
 
@@ -183,10 +193,16 @@ std::int32_t published_side(const proto::TileMesh& mesh) {
   return std::max({east - west, north - south, 0});
 }
 
+/// Rows of a ground, the last one included.
+struct Rows {
+  int first = 0, last = 0;
+};
+
 /// Squares of a published triangle's errors, at every step-th sample both ways. A sample on an edge belongs to the triangle east
 /// of it, or north.
-void add_squares(const gpu::exact::Triangle& t, const gpu::exact::Field& field, int step, gpu::SurfaceError& error) {
-  for (int y = (t.south + step - 1) / step * step; y <= t.north; y += step) {
+void add_squares(const gpu::exact::Triangle& t, const gpu::exact::Field& field, int step, const Rows& rows,
+                 gpu::SurfaceError& error) {
+  for (int y = (std::max(t.south, rows.first) + step - 1) / step * step; y <= std::min(t.north, rows.last); y += step) {
     for (int x = (t.west + step - 1) / step * step; x <= t.east; x += step) {
       if (!t.owns(x, y, 1, 1) || field.is_void_there(x, y)) continue;
       const double off_m =
@@ -198,15 +214,19 @@ void add_squares(const gpu::exact::Triangle& t, const gpu::exact::Field& field, 
   }
 }
 
-void measure_squares(const GroundMeter& known, int step, BuiltTile& tile) {
-  const proto::TileMesh& mesh = tile.mesh;
+gpu::SurfaceError measured_squares(const GroundMeter& known, int step, const Rows& rows, const proto::TileMesh& mesh) {
+  gpu::SurfaceError error;
   const auto corner = [&](std::uint32_t v) {
     const auto [x, y] = known.on_ground(mesh.x[v], mesh.y[v]);
     return gpu::exact::Corner{x, y, static_cast<float>(mesh.height[v]), false};
   };
-  for (const auto& t : mesh.triangles)
+  for (const auto& t : mesh.triangles) {
+    const auto [south, north] = std::minmax({mesh.y[t[0]], mesh.y[t[1]], mesh.y[t[2]]});
+    if (known.on_ground(0, north).second < rows.first || known.on_ground(0, south).second > rows.last) continue;
     add_squares(gpu::exact::make_triangle(corner(t[0]), corner(t[1]), corner(t[2]), {0, 0, known.field().curve}), known.field(),
-                step, tile.measured);
+                step, rows, error);
+  }
+  return error;
 }
 
 double slope_of(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& t, double unit_m) {
@@ -241,6 +261,7 @@ Corners corners_of(const proto::TileMesh& mesh, std::uint32_t t) {
 }
 
 constexpr std::size_t kPiece = 512;  ///< steep triangles
+constexpr std::size_t kBands = 16;   ///< of a tile that is so many rows high; sums depend on it
 
 GroundMeter meter_of(const LevelContext& context, const KnownGround& ground, const BuiltTile& tile) {
   return {{context.lattice, tile.tile, tile.mesh.side, context.level->ecef_step(), height_step(*context.level)}, ground};
@@ -284,7 +305,7 @@ void ErrorStatement::measure(std::size_t piece) {
     error_m_[k] = known_.error_m(corners_of(tile_.mesh, steep_[k]), limit_of(context_));
 }
 
-void ErrorStatement::finish() {
+void ErrorStatement::put_back() {
   const double step_m = context_.level->ecef_step(), limit_m = limit_of(context_);
   const gpu::Upright upright({context_.lattice, tile_.tile, tile_.mesh.side, step_m});
   tile_.composed = true;
@@ -318,7 +339,25 @@ void ErrorStatement::finish() {
     if (refined.inserted + refined.flipped > 0) steep_m = std::max(steep_m, limit_m);
   }
   tile_.max_error_m = std::max(tile_.max_error_m, steep_m) + gpu::kGrace_m;
-  measure_squares(known_, std::max(kRmseStep, published_side(tile_.mesh) / kRmseSide), tile_);
+  step_ = std::max(kRmseStep, published_side(tile_.mesh) / kRmseSide);
+  bands_.resize(kBands);
+}
+
+std::size_t ErrorStatement::bands() const { return bands_.size(); }
+
+void ErrorStatement::measure_band(std::size_t band) {
+  const auto row = [&](std::size_t k) {
+    const std::int64_t high = tile_.mesh.side + 1;
+    return known_.on_ground(0, static_cast<std::int32_t>(high * static_cast<std::int64_t>(k) / kBands)).second;
+  };
+  bands_[band] = measured_squares(known_, step_, {row(band), row(band + 1) - 1}, tile_.mesh);
+}
+
+void ErrorStatement::finish() {
+  for (const gpu::SurfaceError& band : bands_) {
+    tile_.measured.sum_squared_m2 += band.sum_squared_m2;
+    tile_.measured.samples += band.samples;
+  }
 }
 
 }  // namespace cordillera::pipeline

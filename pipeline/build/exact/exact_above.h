@@ -7,6 +7,7 @@
 #include "pipeline/build/exact/exact_block.h"
 #include "pipeline/build/exact/ground_meter.h"
 #include "pipeline/build/exact/kept_block.h"
+#include "pipeline/build/workers.h"
 #include "pipeline/plan/block_grid.h"
 #include "pipeline/tile/tile_mesh.h"
 
@@ -19,29 +20,35 @@ struct Above {
   gpu::exact::Ground ground;
   gpu::exact::BlockMesh start;
 };
-Above join_blocks(const proto::Plan& plan, const std::vector<const KeptBlock*>& kept);
+/// The ground of all blocks, of which nothing is known yet. Its memory takes as long to be had as blocks to be read.
+gpu::exact::Ground unknown_ground(const proto::Plan& plan);
+Above join_blocks(const proto::Plan& plan, gpu::exact::Ground&& unknown, const std::vector<const KeptBlock*>& kept,
+                  Workers& workers);
 
 /// Levels of the plan above its blocks.
 gpu::exact::BlockPlan levels_above(const proto::Plan& plan);
 
 /// States a tile's error: what the engine knows of it (max_error_m, as tiles_of_block has it), and what rounding may add. Steep
 /// triangles and needles are measured as they will be decoded; where they are too far off, or upside down in space, vertices are
-/// put back. Borrows what it is given.
+/// put back. Borrows what it is given. A coarse tile has few others beside it, so its own pieces go to several threads.
 class ErrorStatement {
  public:
   ErrorStatement(const LevelContext& context, const KnownGround& known, BuiltTile& tile);
-  /// The steep triangles come in so many pieces, which may be measured by several threads: a tile of a town has few others.
-  std::size_t pieces() const;
+  std::size_t pieces() const;  ///< of steep triangles
   void measure(std::size_t piece);
-  /// After all pieces.
-  void finish();
+  void put_back();            ///< after all pieces
+  std::size_t bands() const;  ///< of the samples that the RMSE looks at, after put_back()
+  void measure_band(std::size_t band);
+  void finish();  ///< after all bands
 
  private:
   const LevelContext& context_;
   BuiltTile& tile_;
   const GroundMeter known_;
   std::vector<std::uint32_t> steep_;
-  std::vector<double> error_m_;  ///< indexed as steep_
+  std::vector<double> error_m_;           ///< indexed as steep_
+  int step_ = 0;                          ///< between samples that the RMSE looks at
+  std::vector<gpu::SurfaceError> bands_;  ///< sums of squares
 };
 
 }  // namespace cordillera::pipeline

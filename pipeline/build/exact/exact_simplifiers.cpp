@@ -20,13 +20,25 @@ proto::Result<std::unique_ptr<gpu::exact::BlockSimplifier>> ExactSimplifiers::ma
   return gpu::exact::make_block_simplifier(device, device == kCpu ? loops_.on_threads : loops_.with_caller);
 }
 
-proto::Result<void> ExactSimplifiers::open(const std::string& device, Room on_cpu, Room on_gpu) {
+void ExactSimplifiers::open(const std::string& device, Room on_cpu, Room on_gpu) {
+  wanted_ = device;
+  on_cpu_ = on_cpu;
+  room_ = device == kCpu ? on_cpu : on_gpu;
+  constexpr auto kInTheBackground = std::launch::async | std::launch::deferred;  // the latter where no thread is to be had
+  opening_ =
+      std::async(device == kCpu ? std::launch::deferred : kInTheBackground, [=, this] { return open_device(device); }).share();
+}
+
+proto::Result<void> ExactSimplifiers::opened() const { return opening_.get(); }
+
+proto::Result<void> ExactSimplifiers::open_device(const std::string& device) {
   auto simplifier = make_simplifier(device);
   if (simplifier.ok() && (*simplifier)->device() == kCpu) simplifier = make_simplifier(kCpu);  // "auto" did not know
   if (!simplifier.ok()) return simplifier.problem();
+  const std::lock_guard lock(mutex_);
   device_ = (*simplifier)->device();
   wanted_ = device_.substr(0, device_.find(' '));  // "auto" might be the CPU the next time
-  room_ = device_ == kCpu ? on_cpu : on_gpu;
+  if (device_ == kCpu) room_ = on_cpu_;
   idle_.push_back(std::move(*simplifier));
   return {};
 }
@@ -36,12 +48,18 @@ std::size_t ExactSimplifiers::at_once() const {
   return room_.turns * room_.together;
 }
 
+bool ExactSimplifiers::on_gpu() const {
+  const std::lock_guard lock(mutex_);
+  return wanted_ != kCpu;
+}
+
 std::size_t ExactSimplifiers::waiting() const {
   const std::lock_guard lock(mutex_);
   return asked_.size();
 }
 
 std::string ExactSimplifiers::device() const {
+  opening_.wait();
   const std::lock_guard lock(mutex_);
   return device_ + lost_;
 }
@@ -92,6 +110,7 @@ void ExactSimplifiers::failed(const Turn& turn, const std::string& how) {
   if (!turn.alone) return;
   lost_ = ", after " + device_ + " was lost: " + how;
   wanted_ = device_ = kCpu;
+  room_ = on_cpu_;
 }
 
 std::optional<proto::Result<void>> ExactSimplifiers::call(const Work& work, Asked* asked) {
@@ -163,6 +182,7 @@ proto::Result<void> ExactSimplifiers::simplify_together(gpu::exact::BlockSimplif
 
 proto::Result<void> ExactSimplifiers::simplify(const gpu::exact::Block& block, const gpu::exact::BlockPlan& plan,
                                                const TakeLevel& take, const TakeSquares& squares, bool somebody_waits) {
+  if (const auto ready = opened(); !ready.ok()) return ready;
   Asked asked{block, plan, take, squares, somebody_waits};
   {
     const std::lock_guard lock(mutex_);
@@ -181,6 +201,7 @@ proto::Result<void> ExactSimplifiers::simplify(const gpu::exact::Block& block, c
 
 proto::Result<void> ExactSimplifiers::simplify_above(const Above& above, const gpu::exact::BlockPlan& plan,
                                                      const TakeLevel& take) {
+  if (const auto ready = opened(); !ready.ok()) return ready;
   gpu::exact::Watch watch;
   watch.stop = &stop_;
   watch.level = [&](std::size_t level, std::vector<gpu::exact::BlockMesh>& meshes) { take(level, std::move(meshes.front())); };

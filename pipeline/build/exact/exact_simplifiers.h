@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <exception>
 #include <functional>
+#include <future>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -34,10 +35,14 @@ class ExactSimplifiers {
   struct Room {
     std::size_t turns = 1, together = 1;
   };
-  proto::Result<void> open(const std::string& device, Room on_cpu, Room on_gpu);
+  /// Once, before all else. It does not wait for a GPU, which may take a fifth of a second: whoever needs it does.
+  void open(const std::string& device, Room on_cpu, Room on_gpu);
+  /// Waits until the device is there. Problems: "unknown-device", "device-unavailable". simplify() has them, too.
+  proto::Result<void> opened() const;
   std::size_t at_once() const;  ///< blocks
+  bool on_gpu() const;          ///< or on what may turn out to be one
   std::size_t waiting() const;  ///< blocks that no simplifier has taken yet
-  std::string device() const;   ///< where blocks are made now, and what became of a device that was lost
+  std::string device() const;   ///< where blocks are made now, and what became of a device that was lost; waits for it
 
   using TakeLevel = std::function<void(std::size_t level, gpu::exact::BlockMesh&& mesh)>;
   using TakeSquares = std::function<void(gpu::exact::Squares&& squares)>;
@@ -84,12 +89,13 @@ class ExactSimplifiers {
   /// There are none from now on: memory is short, or the device is lost.
   void drop_meters() { most_meters_ = 0, idle_meters_.clear(); }
   proto::Result<std::unique_ptr<gpu::exact::BlockSimplifier>> make_simplifier(const std::string& device) const;
+  proto::Result<void> open_device(const std::string& device);
 
   const Loops loops_;
   const std::atomic<bool>& stop_;
   mutable std::mutex mutex_;  ///< of all that follows
   std::condition_variable changed_;
-  Room room_;
+  Room room_, on_cpu_;  ///< now; without a GPU
   std::size_t in_use_ = 0;
   std::vector<Asked*> asked_;                                       ///< those that wait
   std::string wanted_ = "cpu", device_ = "cpu";                     ///< as asked for, and as it calls itself
@@ -97,6 +103,7 @@ class ExactSimplifiers {
   std::string lost_;
   std::size_t most_meters_ = 4, meters_in_use_ = 0;  ///< so many keep the threads busy
   std::vector<std::unique_ptr<gpu::BatchMeter>> idle_meters_;
+  std::shared_future<proto::Result<void>> opening_;  ///< the last: it uses what is before it
 };
 
 }  // namespace cordillera::pipeline
