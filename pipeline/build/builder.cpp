@@ -7,14 +7,13 @@
 #include <cmath>
 #include <mutex>
 
-#include "gpu/device/device_lost.h"
 #include "gpu/measure/sample_frames.h"
 #include "gpu/measure/surface_memory.h"
 #include "pipeline/build/build.h"
 #include "pipeline/build/exact/exact_block.h"
-#include "pipeline/build/pixel_error.h"
-#include "pipeline/build/side_vertices.h"
 #include "pipeline/build/tile_output.h"
+#include "pipeline/finest/pixel_error.h"
+#include "pipeline/finest/side_vertices.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/tile/chain.h"
 #include "pipeline/tile/mesh_record.h"
@@ -27,8 +26,7 @@ namespace {
 constexpr std::int64_t kStripRows = 128, kMostStripRows = 320, kPieceColumns = 256;
 
 constexpr double kReadShare = 0.2,
-                 kFinestShare = 0.75;    // of a block's time, until its samples are read and its finest level is built
-constexpr std::size_t kBatchTiles = 64;  // on a GPU; 0.4 GB of host memory while they are prepared
+                 kFinestShare = 0.75;  // of a block's time, until its samples are read and its finest level is built
 
 /// What a quality is to gpu::thin.
 int height_rounds(const proto::BuildOptions& options) {
@@ -77,9 +75,8 @@ Builder::Builder(const proto::Plan& plan, Workers& workers, OpenSource open, Roo
       open_(std::move(open)),
       room_(std::move(room)),
       stop_(stop),
-      exact_({[this](std::size_t count, const auto& work) { workers_.each(count, [&](std::size_t k, unsigned) { work(k); }); },
-              [this](std::size_t count, const auto& work) { workers_.with_caller(count, work); }},
-             stop) {}
+      tiles_(workers, stop),
+      exact_({workers.loop(), [this](std::size_t count, const auto& work) { workers_.with_caller(count, work); }}, stop) {}
 
 std::size_t Builder::tasks_at_once() const {
   const unsigned threads = workers_.threads();
@@ -116,42 +113,10 @@ proto::Result<void> Builder::prepare() {
     exact_.open(room_.device, {at_once(kMostOnCpu), 1}, {turns, on_gpu / turns});
     if (!has_levels_above(plan_) || merged_at_once(plan_)) return {};
   }
-  return open_simplifiers();
+  return tiles_.open(room_.device, plan_.exact() ? gpu::kStrategies.front() : named_strategy(plan_.options()));
 }
 
-proto::Result<void> Builder::open_simplifiers() {
-  const std::string strategy = plan_.exact() ? gpu::kStrategies.front() : named_strategy(plan_.options());
-  const auto on_all_threads = [this](std::size_t count, const std::function<void(std::size_t)>& work) {
-    workers_.each(count, [&](std::size_t k, unsigned) { work(k); });
-  };
-  auto simplifier = gpu::make_simplifier(room_.device, on_all_threads, strategy);
-  if (!simplifier.ok()) return simplifier.problem();
-  if ((*simplifier)->device() != "cpu") on_device_ = std::move(*simplifier);
-  has_device_ = on_device_ != nullptr;
-  for (unsigned k = 0; k < workers_.threads(); ++k) {
-    on_cpu_.push_back(gpu::make_simplifier("cpu", gpu::one_after_the_other, strategy).value());
-  }
-  return {};
-}
-
-std::string Builder::device() const {
-  if (plan_.exact()) return exact_.device();
-  const std::lock_guard lock(device_mutex_);
-  return on_device_ ? on_device_->device() : "cpu" + lost_;
-}
-
-std::vector<proto::TileMesh> Builder::simplify_on_device(const std::vector<gpu::SimplifyJob>& jobs) {
-  const std::lock_guard lock(device_mutex_);
-  if (!on_device_) throw gpu::DeviceLost("another task has lost it");
-  try {
-    return on_device_->simplify(jobs);
-  } catch (const gpu::DeviceLost& lost) {
-    lost_ = ", after " + on_device_->device() + " was lost: " + lost.what();
-    has_device_ = false;
-    on_device_.reset();
-    throw;
-  }
-}
+std::string Builder::device() const { return plan_.exact() ? exact_.device() : tiles_.device(); }
 
 proto::Result<proto::Samples> Builder::read(const proto::TileAddress& node) {
   // Border chains look to either side.
@@ -244,70 +209,6 @@ proto::Result<FinishedTask> Builder::exact_block(const proto::TileAddress& node,
   return built;
 }
 
-std::vector<BuiltTile> Builder::simplify(const LevelContext& context, std::size_t count, const Prepare& prepare,
-                                         const TileDone& done) {
-  std::vector<std::optional<BuiltTile>> tiles(count);
-  if (!has_device_) {
-    simplify_on_cpu(context, prepare, tiles, done);
-  } else {
-    try {
-      simplify_batched(context, prepare, tiles);
-    } catch (const gpu::DeviceLost&) {  // the CPU gives the same bytes
-      simplify_on_cpu(context, prepare, tiles, done);
-    }
-  }
-  std::vector<BuiltTile> built;
-  for (std::optional<BuiltTile>& tile : tiles) {
-    if (tile) built.push_back(std::move(*tile));
-  }
-  return built;
-}
-
-void Builder::simplify_on_cpu(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles,
-                              const TileDone& done) {
-  workers_.each(tiles.size(), [&](std::size_t k, unsigned worker) {
-    if (stop_) return;
-    std::optional<PreparedTile> prepared = prepare(k);
-    if (prepared) tiles[k] = complete(context, *prepared, *on_cpu_[worker]);
-    done();
-  });
-}
-
-void Builder::simplify_batched(const LevelContext& context, const Prepare& prepare,
-                               std::vector<std::optional<BuiltTile>>& tiles) {
-  for (std::size_t from = 0; from < tiles.size() && !stop_; from += kBatchTiles) {
-    const std::size_t count = std::min(kBatchTiles, tiles.size() - from);
-    std::vector<std::optional<PreparedTile>> maybe(count);
-    workers_.each(count, [&](std::size_t k, unsigned) { maybe[k] = prepare(from + k); });
-    std::vector<PreparedTile> prepared;
-    std::vector<std::size_t> place;
-    for (std::size_t k = 0; k < count; ++k) {
-      if (!maybe[k]) continue;
-      prepared.push_back(std::move(*maybe[k]));
-      place.push_back(from + k);
-    }
-    std::vector<std::optional<BuiltTile>> built(prepared.size());
-    simplify_batch(context, prepared, built);
-    for (std::size_t k = 0; k < place.size(); ++k) tiles[place[k]] = std::move(built[k]);
-  }
-}
-
-void Builder::simplify_batch(const LevelContext& context, std::vector<PreparedTile>& prepared,
-                             std::vector<std::optional<BuiltTile>>& built) {
-  std::vector<std::size_t> open(prepared.size());
-  for (std::size_t k = 0; k < open.size(); ++k) open[k] = k;
-  for (int attempt = 0; !open.empty() && !stop_; ++attempt) {
-    std::vector<gpu::SimplifyJob> jobs;
-    jobs.reserve(open.size());
-    for (const std::size_t k : open) jobs.push_back(prepared[k].job(context));
-    std::vector<proto::TileMesh> meshes = simplify_on_device(jobs);
-    workers_.each(open.size(), [&](std::size_t n, unsigned) {
-      built[open[n]] = finish(context, prepared[open[n]], std::move(meshes[n]), attempt);
-    });
-    std::erase_if(open, [&](std::size_t k) { return built[k].has_value(); });
-  }
-}
-
 void Builder::encode(const LevelContext& context, std::vector<BuiltTile>& tiles, FinishedTask& task) {
   std::vector<std::optional<EncodedTile>> encoded(tiles.size());
   if (context.level->level() < static_cast<std::uint32_t>(lattice_.finest_level)) {
@@ -361,7 +262,7 @@ proto::Result<FinishedTask> Builder::block(const proto::TileAddress& node, const
       const double part = static_cast<double>(++finished) / static_cast<double>(addresses.size());
       if (finest) share(kReadShare + (kFinestShare - kReadShare) * part);
     };
-    std::vector<BuiltTile> built = simplify(
+    std::vector<BuiltTile> built = tiles_.simplify(
         context, addresses.size(),
         [&](std::size_t k) {
           return finest ? prepare_finest(context, addresses[k])
@@ -424,7 +325,8 @@ proto::Result<FinishedTask> Builder::merge(const proto::TileAddress& node, const
   LevelContext context{&lattice_, &level_plan(plan_, node.z), plan_.promise(), nullptr};
   context.merges_above = node.z > static_cast<int>(plan_.min_level());
   context.height_rounds = height_rounds(plan_.options());
-  std::vector<BuiltTile> built = simplify(context, 1, [&](std::size_t) { return prepare_parent(context, node, children); });
+  std::vector<BuiltTile> built =
+      tiles_.simplify(context, 1, [&](std::size_t) { return prepare_parent(context, node, children); });
   if (stop_) return kCancelled;
   encode(context, built, task);
   if (node.z > static_cast<int>(plan_.min_level()) && !built.empty()) task.mesh = {node, to_bytes(built.front())};

@@ -5,15 +5,14 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "gpu/simplify.h"
 #include "pipeline/build/exact_build.h"
-#include "pipeline/build/workers.h"
+#include "pipeline/build/tile_simplifiers.h"
 #include "pipeline/store/store.h"
+#include "pipeline/threads/workers.h"
 #include "pipeline/tile/tile_mesh.h"
 #include "raster/source.h"
 
@@ -62,28 +61,16 @@ class Builder {
 
   /// The finest samples of a node, and two cells of its level around it. Empty where the source knows that it has no data there.
   proto::Result<proto::Samples> read(const proto::TileAddress& node);
-  /// Makes tile k of a level ready; nullopt: it has no data. Called by any thread.
-  using Prepare = std::function<std::optional<PreparedTile>(std::size_t k)>;
-  /// Called after every tile, by any thread.
-  using TileDone = std::function<void()>;
-  /// Tiles 0 .. count - 1 of a level, those without data left out. Some are missing when the build was stopped.
-  std::vector<BuiltTile> simplify(
-      const LevelContext& context, std::size_t count, const Prepare& prepare, const TileDone& done = [] {});
+  /// Of tiles one by one: of waves, and of what is merged above exact blocks.
+  TileSimplifiers& tiles() { return tiles_; }
 
  private:
   proto::Result<FinishedTask> merge_at_once(const ChildMesh& mesh_of);
-  proto::Result<void> open_simplifiers();  ///< of tiles: for all of waves, and for what is merged above exact blocks
   proto::Result<FinishedTask> exact_block(const proto::TileAddress& node, const std::function<void(double)>& share,
                                           const FinestSink& finest);
   /// Reads what of the window its samples hold; those lie within the window or are void already.
   proto::Result<void> read_into(const raster::Source::Window& window, proto::Samples& samples,
                                 Workers::Haste haste = Workers::Haste::none);
-  void simplify_on_cpu(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles,
-                       const TileDone& done);
-  void simplify_batched(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles);
-  void simplify_batch(const LevelContext& context, std::vector<PreparedTile>& prepared,
-                      std::vector<std::optional<BuiltTile>>& built);
-  std::vector<proto::TileMesh> simplify_on_device(const std::vector<gpu::SimplifyJob>& jobs);
   /// Tiles of the finest level meet the source's pixels first, where that is asked for.
   void encode(const LevelContext& context, std::vector<BuiltTile>& tiles, FinishedTask& task);
 
@@ -95,11 +82,7 @@ class Builder {
   const Room room_;
   const std::atomic<bool>& stop_;
   std::vector<std::unique_ptr<raster::Source>> sources_;  ///< one a worker
-  std::vector<std::unique_ptr<gpu::Simplifier>> on_cpu_;  ///< likewise
-  mutable std::mutex device_mutex_;
-  std::atomic<bool> has_device_{false};         ///< asked while another task's batch holds the mutex
-  std::unique_ptr<gpu::Simplifier> on_device_;  ///< one task's batch at a time; none: there is no GPU, or it was lost
-  std::string lost_;                            ///< how
+  TileSimplifiers tiles_;
   ExactSimplifiers exact_;
 };
 

@@ -6,9 +6,9 @@
 
 #include "gpu/measure/sample_frames.h"
 #include "gpu/measure/surface_memory.h"
-#include "pipeline/build/pixel_error.h"
-#include "pipeline/build/side_vertices.h"
 #include "pipeline/build/tile_output.h"
+#include "pipeline/finest/pixel_error.h"
+#include "pipeline/finest/side_vertices.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/tile/mesh_record.h"
 #include "pipeline/tile/tile_error.h"
@@ -290,7 +290,7 @@ proto::Result<FinishedTask> build_exact_above(const proto::Plan& plan, gpu::exac
   FinishedTask task;
   task.node = node_above(plan);
   if (std::all_of(kept.begin(), kept.end(), [](const KeptBlock* block) { return !block; })) return task;
-  auto tiles = AboveBuild(plan, join_blocks(plan, std::move(unknown), kept, workers), workers).run(simplifiers);
+  auto tiles = AboveBuild(plan, join_blocks(plan, std::move(unknown), kept, workers.loop()), workers).run(simplifiers);
   if (!tiles.ok()) return tiles.problem();
   task.tiles = std::move(*tiles);
   return task;

@@ -7,8 +7,8 @@
 #include "pipeline/build/exact/exact_above.h"
 #include "pipeline/build/exact/exact_block.h"
 #include "pipeline/build/exact/exact_simplifiers.h"
-#include "pipeline/build/workers.h"
 #include "pipeline/store/store.h"
+#include "pipeline/threads/workers.h"
 #include "pipeline/tile/tile_mesh.h"
 #include "raster/source.h"
 

@@ -87,7 +87,7 @@ Tiles Pilot::simplify(int z, const Tiles& below, double& triangles) const {
   const std::vector<SampledTile> at = places(z);
   const bool finest = z == lattice.finest_level;
   std::vector<BuiltTile> built =
-      builder.simplify({&lattice, &level_plan(plan, z), false, nullptr, false}, at.size(), [&](std::size_t k) {
+      builder.tiles().simplify({&lattice, &level_plan(plan, z), false, nullptr, false}, at.size(), [&](std::size_t k) {
         const LevelContext here = context(z, at[k].root);
         return finest ? prepare_finest(here, at[k].tile) : prepare_parent(here, at[k].tile, children_of(at[k].tile, below));
       });

@@ -7,8 +7,8 @@
 #include "pipeline/build/build.h"
 #include "pipeline/build/builder.h"
 #include "pipeline/build/teller.h"
-#include "pipeline/build/workers.h"
 #include "pipeline/store/store.h"
+#include "pipeline/threads/workers.h"
 
 namespace cordillera::pipeline {
 

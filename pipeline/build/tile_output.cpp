@@ -6,11 +6,11 @@
 #include "gpu/measure/surface_error_row.h"
 #include "gpu/measure/surface_memory.h"
 #include "pipeline/build/exact/exact_block.h"
-#include "pipeline/build/pixel_error.h"
 #include "pipeline/encode/draco_mesh.h"
 #include "pipeline/encode/encode.h"
 #include "pipeline/encode/published_mesh.h"
 #include "pipeline/encode/tile_glb.h"
+#include "pipeline/finest/pixel_error.h"
 #include "pipeline/plan/plan.h"
 #include "proto/integers.h"
 

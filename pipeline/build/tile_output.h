@@ -6,8 +6,8 @@
 
 #include "cordillera.pb.h"
 #include "gpu/mesh/mesh_point.h"
-#include "pipeline/build/workers.h"
 #include "pipeline/store/store.h"
+#include "pipeline/threads/workers.h"
 #include "pipeline/tile/tile_mesh.h"
 #include "raster/source.h"
 

@@ -6,8 +6,8 @@
 #include <memory>
 #include <string>
 
-#include "pipeline/build/workers.h"
 #include "pipeline/store/store.h"
+#include "pipeline/threads/workers.h"
 #include "raster/source.h"
 
 namespace cordillera::pipeline {

@@ -6,9 +6,9 @@
 
 #include "gpu/measure/surface_error.h"
 #include "pipeline/build/build.h"
-#include "pipeline/build/pixel_error.h"
 #include "pipeline/check/cover_law.h"
 #include "pipeline/encode/draco_mesh.h"
+#include "pipeline/finest/pixel_error.h"
 #include "pipeline/plan/plan.h"
 #include "proto/mesh.h"
 

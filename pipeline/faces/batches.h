@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "pipeline/build/workers.h"
+#include "pipeline/threads/workers.h"
 
 namespace cordillera::pipeline::faces {
 

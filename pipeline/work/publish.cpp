@@ -6,8 +6,8 @@
 
 #include "pipeline/build/blank_manifest.h"
 #include "pipeline/build/water_build.h"
-#include "pipeline/build/workers.h"
 #include "pipeline/store/mesh_files.h"
+#include "pipeline/threads/workers.h"
 #include "pipeline/work/shard.h"
 #include "pipeline/work/work_plan.h"
 #include "raster/disk/write_all.h"

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "gpu/fit/vertical_error.h"
-#include "pipeline/build/workers.h"
+#include "pipeline/threads/workers.h"
 #include "proto/mesh_file/mesh_file.h"
 #include "proto/stop_watch.h"
 #include "server/cli/progress_bar.h"
@@ -55,10 +55,7 @@ class Judge {
 
   SimplifyOutcome outcome(TriangleMesh mesh, const proto::MeshEncoding& encoding) {
     SimplifyOutcome outcome{proto::as_written(std::move(mesh), encoding), encoding, {}};
-    const auto each = [&](std::size_t count, const std::function<void(std::size_t)>& work) {
-      workers_.each(count, [&](std::size_t item, unsigned) { work(item); });
-    };
-    outcome.error = gpu::vertical_error(outcome.mesh, points_, workers_.threads(), each);
+    outcome.error = gpu::vertical_error(outcome.mesh, points_, workers_.threads(), workers_.loop());
     return outcome;
   }
 

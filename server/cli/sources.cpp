@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "pipeline/build/workers.h"
+#include "pipeline/threads/workers.h"
 #include "proto/mesh.h"
 #include "raster/mosaic/source_list.h"
 #include "raster/mosaic/window_index.h"

@@ -1,5 +1,5 @@
 // Samples that become vertices on the side of two tiles: the same in both, and the side no farther from its samples than before.
-#include "pipeline/build/side_vertices.h"
+#include "pipeline/finest/side_vertices.h"
 
 #include <gtest/gtest.h>
 

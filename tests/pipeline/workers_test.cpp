@@ -1,4 +1,4 @@
-#include "pipeline/build/workers.h"
+#include "pipeline/threads/workers.h"
 
 #include <gtest/gtest.h>
 

@@ -38,7 +38,7 @@ HOMES = [
     ("zlib.h", ["raster/open/archive.cpp", "pipeline/exports/gzip.cpp", "pipeline/store/water_mask.cpp", "server/front/codec.cpp"]),
     ("sqlite3.h", ["pipeline/store/sqlite.*", "pipeline/store/sqlite_object.cpp"]),
     ("boost/beast*", ["server/front/message/beast.cpp", "server/fetch/http_get.cpp"]),
-    ("boost/asio*", ["pipeline/build/workers.cpp", "server/front/*", "server/fetch/http_get.cpp", "server/jobs/job_queue.*", "server/cli/serve_command.cpp"]),
+    ("boost/asio*", ["pipeline/threads/workers.cpp", "server/front/*", "server/fetch/http_get.cpp", "server/jobs/job_queue.*", "server/cli/serve_command.cpp"]),
     ("draco/*", ["pipeline/encode/draco_*"]),
     ("png.h", ["pipeline/faces/pictures/png_image.cpp"]),
     ("webp/*", ["pipeline/faces/pictures/webp_image.cpp"]),

@@ -18,7 +18,7 @@ GOOD = {
     "pipeline/build/build.h": '#include "gpu/collapse/waves.h"\n#include "raster/source.h"\n',
     "pipeline/encode/draco_encode.cpp": '#include <draco/compression/encode.h>\n',
     "pipeline/store/sqlite.cpp": "#include <sqlite3.h>\n",
-    "pipeline/build/workers.cpp": "#include <boost/asio/post.hpp>\n",
+    "pipeline/threads/workers.cpp": "#include <boost/asio/post.hpp>\n",
     "server/client/connection.cpp": '#include <httplib.h>\n#include <sys/socket.h>\n#include "pipeline/build/build.h"\n',
     "server/web/node_modules/addon/addon.cpp": '#include "anything.h"\n',
     "tests/raster/fixture.cpp": '#include <gdal_priv.h>\n#include "server/http.h"\n',

@@ -140,7 +140,8 @@ Ground unknown_ground(const proto::Plan& plan) {
   return ground;
 }
 
-Above join_blocks(const proto::Plan& plan, Ground&& unknown, const std::vector<const KeptBlock*>& kept, Workers& workers) {
+Above join_blocks(const proto::Plan& plan, Ground&& unknown, const std::vector<const KeptBlock*>& kept,
+                  const gpu::ParallelFor& parallel) {
   const BlockGrid grid = grid_of(plan);
   const auto side = static_cast<std::int32_t>(block_units(plan));
   Above above{std::move(unknown), {}};
@@ -148,7 +149,7 @@ Above join_blocks(const proto::Plan& plan, Ground&& unknown, const std::vector<c
   const bool voids =
       std::any_of(kept.begin(), kept.end(), [](const KeptBlock* block) { return !block || !block->squares.depth.empty(); });
   if (voids) ground.squares.depth.assign(ground.squares.plane.size(), gpu::exact::void_depth(gpu::exact::kFarthest));
-  workers.each(1 + kept.size(), [&](std::size_t k, unsigned) {
+  parallel(1 + kept.size(), [&](std::size_t k) {
     if (k == 0) {  // it takes longest
       above.start = Mosaic(grid, side, kept).mesh();
     } else if (const KeptBlock* const block = kept[k - 1]) {

@@ -7,7 +7,6 @@
 #include "pipeline/build/exact/exact_block.h"
 #include "pipeline/build/exact/ground_meter.h"
 #include "pipeline/build/exact/kept_block.h"
-#include "pipeline/build/workers.h"
 #include "pipeline/plan/block_grid.h"
 #include "pipeline/tile/tile_mesh.h"
 
@@ -23,7 +22,7 @@ struct Above {
 /// The ground of all blocks, of which nothing is known yet. Its memory takes as long to be had as blocks to be read.
 gpu::exact::Ground unknown_ground(const proto::Plan& plan);
 Above join_blocks(const proto::Plan& plan, gpu::exact::Ground&& unknown, const std::vector<const KeptBlock*>& kept,
-                  Workers& workers);
+                  const gpu::ParallelFor& parallel);
 
 /// Levels of the plan above its blocks.
 gpu::exact::BlockPlan levels_above(const proto::Plan& plan);

@@ -1,4 +1,4 @@
-#include "pipeline/build/side_vertices.h"
+#include "pipeline/finest/side_vertices.h"
 
 #include <algorithm>
 #include <cmath>

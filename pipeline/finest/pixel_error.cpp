@@ -1,4 +1,4 @@
-#include "pipeline/build/pixel_error.h"
+#include "pipeline/finest/pixel_error.h"
 
 #include <algorithm>
 #include <array>

@@ -22,6 +22,12 @@ class Workers {
   /// call at once, but not from within work. The loop with the fewest items left goes first: what it holds in memory is free the
   /// sooner; before it one that somebody waits for.
   void each(std::size_t count, const std::function<void(std::size_t item, unsigned worker)>& work, Haste haste = Haste::none);
+  /// each(), for whom the worker does not matter. It outlives what is returned.
+  std::function<void(std::size_t count, const std::function<void(std::size_t item)>& work)> loop() {
+    return [this](std::size_t count, const std::function<void(std::size_t)>& work) {
+      each(count, [&](std::size_t item, unsigned) { work(item); });
+    };
+  }
   /// Likewise work(item); the caller takes items, too, and does not wait until a worker is free. For callers that wait for
   /// something other than a processor, for with them there is one thread more at work. Not where one thread was asked for.
   void with_caller(std::size_t count, const std::function<void(std::size_t item)>& work);

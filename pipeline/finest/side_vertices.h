@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "gpu/mesh/mesh_point.h"
-#include "pipeline/build/workers.h"
+#include "pipeline/threads/workers.h"
 #include "pipeline/tile/tile_mesh.h"
 
 namespace cordillera::pipeline {
