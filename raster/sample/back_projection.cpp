@@ -24,6 +24,7 @@ constexpr double kSideShare = 1.0 / 2;
 constexpr double kGraceShare = 1.0 / 64;
 // Sums are of integers, so that their order does not matter.
 constexpr double kGrain = 0x1p20;  // a metre
+constexpr std::uint32_t kNowhere = UINT32_MAX;
 
 /// A pixel and the corners of its triangle.
 struct Hold {
@@ -31,7 +32,6 @@ struct Hold {
   std::array<double, 3> weight{};
   double height_m = 0;
   double within_m = 0;
-  double share = -1;  ///< of the residual, once it was asked for
 };
 
 /// What did not move comes out as it went in, voids too.
@@ -41,29 +41,38 @@ CORDILLERA_WIDE void put_back(const double* height_m, std::size_t count, std::in
 }
 
 /// A window of samples on its way. Most pixels are near enough from the start: those that are not, and then those beside vertices
-/// that moved, are all that a round looks at.
+/// that moved, are all that a round looks at. So of each no more is kept than where it is.
 class Sheet {
  public:
   Sheet(const proto::Lattice& lattice, proto::Samples& samples, const std::vector<PixelPoint>& pixels, double within_m)
       : lattice_(lattice),
         samples_(samples),
+        pixels_(pixels),
         within_m_(within_m),
         south_pole_end_(samples.south <= 0 ? static_cast<std::size_t>(samples.columns) : 0),
         north_pole_begin_(samples.height.size() -
                           (samples.south + samples.rows > lattice.rows() ? static_cast<std::size_t>(samples.columns) : 0)),
-        height_m_(samples.height.size()),
-        held_by_(height_m_.size(), 0),
-        sums_(height_m_.size(), 0),
-        moved_(height_m_.size(), 0) {
-    for (std::size_t k = 0; k < height_m_.size(); ++k) height_m_[k] = samples.height[k] * proto::kHeightStep_m;
-    holds_.reserve(pixels.size());
+        held_by_(samples.height.size(), 0) {
+    const auto height_m = [&](std::uint32_t k) { return samples.height[k] * proto::kHeightStep_m; };
     cells_.reserve(pixels.size());
-    for (const PixelPoint& pixel : pixels) hold(pixel);
+    for (const PixelPoint& pixel : pixels) {
+      const std::uint32_t cell = cell_of(pixel);
+      const Hold h = hold_of(pixel, cell);
+      // No triangle is there.
+      const bool none = is_void(h.vertex[0]) || is_void(h.vertex[1]) || is_void(h.vertex[2]);
+      cells_.push_back(none ? kNowhere : cell);
+      if (none) continue;
+      for (std::size_t k = 0; k < 3; ++k) held_by_[h.vertex[k]] += h.weight[k] > 0 ? 1 : 0;
+      if (is_far_off(h, height_m)) far_off_.push_back(static_cast<std::uint32_t>(cells_.size() - 1));
+    }
   }
 
   void project() {
     if (far_off_.empty()) return;
-    for (const std::uint32_t p : far_off_) spread(holds_[p]);
+    const std::size_t count = held_by_.size();
+    height_m_.resize(count), sums_.resize(count, 0), moved_.resize(count, 0);
+    for (std::size_t k = 0; k < count; ++k) height_m_[k] = samples_.height[k] * proto::kHeightStep_m;
+    for (const std::uint32_t p : far_off_) spread(hold_of(pixels_[p], cells_[p]));
     for (int round = 1; !touched_.empty(); ++round) {
       move_touched();
       if (round < kRounds) spread_beside_moved();
@@ -77,12 +86,16 @@ class Sheet {
     return (samples_.flat_water[k] & proto::kFlatWater) == 0 && k >= south_pole_end_ && k < north_pole_begin_;
   }
 
-  double missing_m(const Hold& h) const {
+  template <class HeightAt>
+  static double missing_m(const Hold& h, const HeightAt& height_m) {
     const double surface_m =
-        h.weight[0] * height_m_[h.vertex[0]] + h.weight[1] * height_m_[h.vertex[1]] + h.weight[2] * height_m_[h.vertex[2]];
+        h.weight[0] * height_m(h.vertex[0]) + h.weight[1] * height_m(h.vertex[1]) + h.weight[2] * height_m(h.vertex[2]);
     return h.height_m - surface_m;
   }
-  bool is_far_off(const Hold& h) const { return std::abs(missing_m(h)) > h.within_m * (1 + kGraceShare); }
+  template <class HeightAt>
+  static bool is_far_off(const Hold& h, const HeightAt& height_m) {
+    return std::abs(missing_m(h, height_m)) > h.within_m * (1 + kGraceShare);
+  }
 
   /// The step over the sum of squared weights, each times the pixels of its vertex.
   double share_of(const Hold& h) const {
@@ -93,10 +106,9 @@ class Sheet {
     return squares > 0 ? kStep / squares : 0;
   }
 
-  void spread(Hold& h) {
-    if (h.share < 0) h.share = share_of(h);
-    const double far_m = missing_m(h);
-    const double grains = (far_m - std::copysign(h.within_m, far_m)) * h.share * kGrain;
+  void spread(const Hold& h) {
+    const double far_m = missing_m(h, [this](std::uint32_t k) { return height_m_[k]; });
+    const double grains = (far_m - std::copysign(h.within_m, far_m)) * share_of(h) * kGrain;
     for (std::size_t k = 0; k < 3; ++k) {
       sums_[h.vertex[k]] += std::llrint(h.weight[k] * grains);
       touched_.push_back(h.vertex[k]);
@@ -120,32 +132,34 @@ class Sheet {
   void spread_beside_moved() {
     if (last_moved_.empty()) return;
     const auto up = static_cast<std::size_t>(samples_.columns);
+    const auto height_m = [this](std::uint32_t k) { return height_m_[k]; };
     for (std::size_t p = 0; p < cells_.size(); ++p) {
+      if (cells_[p] == kNowhere) continue;
       const std::uint8_t* const corner = moved_.data() + cells_[p];
       if ((corner[0] | corner[1] | corner[up] | corner[up + 1]) == 0) continue;
-      Hold& h = holds_[p];
-      if ((moved_[h.vertex[0]] | moved_[h.vertex[1]] | moved_[h.vertex[2]]) != 0 && is_far_off(h)) spread(h);
+      const Hold h = hold_of(pixels_[p], cells_[p]);
+      if ((moved_[h.vertex[0]] | moved_[h.vertex[1]] | moved_[h.vertex[2]]) != 0 && is_far_off(h, height_m)) spread(h);
     }
   }
 
-  /// Not where a corner is void: no triangle is there.
-  void hold(const PixelPoint& pixel) {
+  std::uint32_t south_of(const PixelPoint& pixel) const {
+    return std::min(static_cast<std::uint32_t>(pixel.y), static_cast<std::uint32_t>(samples_.rows - 2));
+  }
+  std::uint32_t cell_of(const PixelPoint& pixel) const {
+    return south_of(pixel) * static_cast<std::uint32_t>(samples_.columns) + static_cast<std::uint32_t>(pixel.x);
+  }
+  Hold hold_of(const PixelPoint& pixel, std::uint32_t cell) const {
     const auto columns = static_cast<std::uint32_t>(samples_.columns), west = static_cast<std::uint32_t>(pixel.x),
-               south = std::min(static_cast<std::uint32_t>(pixel.y), static_cast<std::uint32_t>(samples_.rows - 2)),
-               cell = south * columns + west;
+               south = south_of(pixel);
     const auto corners = triangle_around(pixel.x - west, pixel.y - south, is_void(cell), is_void(cell + columns + 1));
     Hold h;
     for (std::size_t k = 0; k < 3; ++k) {
       h.vertex[k] = cell + corners[k].north * columns + corners[k].east;
       h.weight[k] = corners[k].weight;
     }
-    if (is_void(h.vertex[0]) || is_void(h.vertex[1]) || is_void(h.vertex[2])) return;
     h.height_m = pixel.height_m;
     h.within_m = is_beside_a_side(pixel) ? kSideShare * within_m_ : within_m_;
-    for (std::size_t k = 0; k < 3; ++k) held_by_[h.vertex[k]] += h.weight[k] > 0 ? 1 : 0;
-    if (is_far_off(h)) far_off_.push_back(static_cast<std::uint32_t>(holds_.size()));
-    holds_.push_back(h);
-    cells_.push_back(cell);
+    return h;
   }
 
   /// In the same cell of the lattice as a tile's side, or in the one beyond it.
@@ -157,16 +171,16 @@ class Sheet {
 
   const proto::Lattice& lattice_;
   proto::Samples& samples_;
+  const std::vector<PixelPoint>& pixels_;
   const double within_m_;
   const std::size_t south_pole_end_, north_pole_begin_;  ///< samples; a pole's row is one point
-  std::vector<double> height_m_;                         ///< indexed by sample; of voids no height
-  std::vector<std::uint32_t> held_by_;                   ///< likewise: how many pixels move it
+  std::vector<std::uint32_t> held_by_;                   ///< indexed by sample: how many pixels move it
+  std::vector<double> height_m_;                         ///< likewise; of voids no height. Once there is something to move, as:
   std::vector<std::int64_t> sums_;                       ///< likewise: what a round moves it by, in grains
   std::vector<std::uint8_t> moved_;                      ///< likewise: 1 if the last round did
   std::vector<std::uint32_t> last_moved_;                ///< those samples
   std::vector<std::uint32_t> touched_;                   ///< samples with sums, some more than once
-  std::vector<Hold> holds_;                              ///< indexed by pixel
-  std::vector<std::uint32_t> cells_;                     ///< likewise: the south-western vertex of its cell
+  std::vector<std::uint32_t> cells_;                     ///< indexed by pixel: the south-western vertex of its cell, or kNowhere
   std::vector<std::uint32_t> far_off_;                   ///< pixels, from the start
 };
 
