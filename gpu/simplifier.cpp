@@ -10,6 +10,7 @@ namespace cordillera::gpu {
 #ifndef CORDILLERA_HAS_CUDA
 proto::Result<std::unique_ptr<Simplifier>> make_cuda_waves(int, ParallelFor) { return built_without_cuda(); }
 int cuda_devices() { return 0; }
+bool has_cuda_driver() { return false; }
 #endif
 
 void one_after_the_other(std::size_t count, const std::function<void(std::size_t)>& work) {

@@ -87,5 +87,7 @@ std::future<void> wake_device(const std::string& device);
 
 /// How many CUDA devices this process may use; 0 where there is none, or the program was built without CUDA.
 int cuda_devices();
+/// False: there is no GPU. Known at once, no device is woken for it.
+bool has_cuda_driver();
 
 }  // namespace cordillera::gpu

@@ -208,6 +208,11 @@ void wake_cuda(int device) {
   cudaGetLastError();  // who asks for the device is told what is wrong with it
 }
 
+bool has_cuda_driver() {
+  int version = 0;
+  return cudaDriverGetVersion(&version) == cudaSuccess && version > 0;
+}
+
 int cuda_devices() {
   int count = 0;
   return cudaGetDeviceCount(&count) == cudaSuccess ? count : 0;

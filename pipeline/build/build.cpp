@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <future>
 #include <memory>
 #include <optional>
@@ -18,6 +19,7 @@
 #include "pipeline/build/water_build.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/store/content_hash.h"
+#include "pipeline/store/mesh_files.h"
 #include "pipeline/store/store.h"
 #include "proto/mesh.h"
 #include "proto/version.h"
@@ -158,6 +160,9 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
     if (const auto piloted = run_pilot(builder, *plan, stop); !piloted.ok()) return piloted.problem();
     builder.use(*plan);
   }
+  // A store that is there is not touched for a device that is not.
+  const bool fresh = !std::filesystem::exists(request.store_path);
+  if (const auto ready = fresh ? proto::Result<void>() : builder.opened(); !ready.ok()) return ready.problem();
   auto store = StoreWriter::open(request.store_path, *plan, request.other);
   if (!store.ok()) return store.problem();
   // While blocks are made, where there is a thread for it; a lazy build seldom comes to its end.
@@ -166,7 +171,13 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
   auto values = std::async(at_the_end ? std::launch::deferred : std::launch::async | std::launch::deferred,
                            [&] { return look_at_values(**source); });
   const Site site{*plan, shop, **store, teller, request.follower, Consumed::removed, stop};
-  if (const auto made = make_stages(site, stages_of(*plan)); !made.ok()) return made.problem();
+  const auto made = make_stages(site, stages_of(*plan));
+  if (const auto ready = made.ok() || fresh ? builder.opened() : proto::Result<void>(); !ready.ok()) {
+    store->reset();
+    if (fresh) remove_store(request.store_path);
+    return ready.problem();
+  }
+  if (!made.ok()) return made.problem();
   const proto::Source& described = request.decimation ? request.decimation->of : (*source)->description();
   proto::Manifest manifest = blank_manifest(request, *plan, described, {shop.workers.threads(), builder.device()});
   manifest.set_provisional(is_provisional(request));

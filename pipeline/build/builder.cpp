@@ -116,6 +116,8 @@ proto::Result<void> Builder::prepare() {
   return tiles_.open(room_.device, plan_.exact() ? gpu::kStrategies.front() : named_strategy(plan_.options()));
 }
 
+proto::Result<void> Builder::opened() const { return plan_.exact() ? exact_.opened() : proto::Result<void>(); }
+
 std::string Builder::device() const { return plan_.exact() ? exact_.device() : tiles_.device(); }
 
 proto::Result<proto::Samples> Builder::read(const proto::TileAddress& node) {
@@ -177,8 +179,32 @@ proto::Result<void> Builder::read_into(const raster::Source::Window& window, pro
   return {};
 }
 
+/// As many as tasks_at_once(), and those for whom somebody waits.
+class Builder::BlockRoom {
+ public:
+  BlockRoom(Builder& builder, Workers::Haste haste) : builder_(builder) {
+    std::unique_lock lock(builder_.rooms_mutex_);
+    builder_.room_free_.wait(
+        lock, [&] { return haste == Workers::Haste::somebody_waits || builder_.rooms_taken_ < builder_.tasks_at_once(); });
+    ++builder_.rooms_taken_;
+  }
+  ~BlockRoom() {
+    {
+      const std::lock_guard lock(builder_.rooms_mutex_);
+      --builder_.rooms_taken_;
+    }
+    builder_.room_free_.notify_all();
+  }
+  BlockRoom(const BlockRoom&) = delete;
+  BlockRoom& operator=(const BlockRoom&) = delete;
+
+ private:
+  Builder& builder_;
+};
+
 proto::Result<FinishedTask> Builder::exact_block(const proto::TileAddress& node, const std::function<void(double)>& share,
                                                  const FinestSink& finest) {
+  if (const auto problem = exact_.problem()) return *problem;
   FinishedTask task;
   task.node = node;
   const BlockPlace place = alone_ ? place_alone(plan_, node) : place_of_block(plan_, node);
@@ -200,6 +226,7 @@ proto::Result<FinishedTask> Builder::exact_block(const proto::TileAddress& node,
   if (std::all_of(samples.height.begin(), samples.height.end(), [](std::int32_t h) { return h == proto::kNoHeight; }))
     return task;
   share(kReadShare);
+  const BlockRoom taken(*this, finest.haste());
   const ReadPixels pixels = [this](const proto::TileAddress& tile, unsigned worker) {
     return pixels_of(lattice_, tile, *sources_[worker]);
   };

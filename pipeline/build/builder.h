@@ -2,9 +2,11 @@
 // Blocks and merges: the tasks of a build. A task needs nothing but the plan, its node and the source (a merge: its children's
 // stored meshes), so it can run in any order, anywhere, twice, with the same bytes.
 #include <atomic>
+#include <condition_variable>
 #include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -35,9 +37,10 @@ class Builder {
   using OpenSource = std::function<proto::Result<std::unique_ptr<raster::Source>>()>;
 
   Builder(const proto::Plan& plan, Workers& workers, OpenSource open, Room room, const std::atomic<bool>& stop);
-  /// Opens sources, and begins to open the device: one that cannot be used is a problem of this or of the first task.
+  /// Opens sources, and begins to open the device: one that cannot be used is a problem of this, or of the first task.
   proto::Result<void> prepare();
-  std::string device() const;  ///< where tiles are made now: a GPU that fails gives way to the CPU, and the words say so
+  proto::Result<void> opened() const;  ///< waits for the device; its problem
+  std::string device() const;          ///< where tiles are made now: a GPU that fails gives way to the CPU, and the words say so
   /// The targets are in the plan's copy that the caller changed: take them over. alone: nodes are samples of a dry run, each for
   /// itself.
   void use(const proto::Plan& plan, bool alone = false) { plan_ = plan, alone_ = alone; }
@@ -47,7 +50,8 @@ class Builder {
   /// How many blocks keep the threads busy, or as many as there is memory for. Each holds the samples of its block, and its
   /// finest meshes.
   std::size_t tasks_at_once() const;
-  /// How many more there may be for whom nobody waits: while a GPU is busy, or being opened, threads read the next blocks.
+  /// How many more there may be of blocks for whom nobody waits: while a GPU is busy, or being opened, threads read the next
+  /// ones. No further than that, before there is room for them.
   std::size_t tasks_ahead() const;
 
   /// Tiles of all levels below and including the block, from the finest up. share: how much of it is done, 0 to 1; called by any
@@ -82,6 +86,10 @@ class Builder {
   const Room room_;
   const std::atomic<bool>& stop_;
   std::vector<std::unique_ptr<raster::Source>> sources_;  ///< one a worker
+  class BlockRoom;                                        ///< of a block that goes on after it was read
+  std::mutex rooms_mutex_;
+  std::condition_variable room_free_;
+  std::size_t rooms_taken_ = 0;
   TileSimplifiers tiles_;
   ExactSimplifiers exact_;
 };

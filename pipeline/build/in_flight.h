@@ -1,6 +1,7 @@
 #pragma once
 // Tasks of a build, several of them under way at once: while one ends with few tiles, or waits for its file, the threads work on
 // another.
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
@@ -71,12 +72,13 @@ class RunningTasks {
 inline proto::Result<void> in_flight(std::size_t count, const std::function<std::size_t()>& at_once,
                                      const std::function<proto::Result<FinishedTask>(std::size_t)>& make,
                                      const std::function<proto::Result<void>(std::size_t, FinishedTask&&)>& take) {
-  constexpr std::size_t kMostBegun = 4;  // times at_once, with those that wait for their turn: a finished task is a few megabytes
+  // That wait for their turn: a finished task is a few megabytes.
+  const auto most_waiting = [](std::size_t most) { return std::min<std::size_t>(3 * most, 64); };
   std::map<std::size_t, RunningTasks::Made> waiting;
   RunningTasks running(make);
   for (std::size_t k = 0, next = 0; k < count;) {
     const std::size_t most = at_once();
-    while (next < count && running.count() < most && next - k < kMostBegun * most) running.begin(next++);
+    while (next < count && running.count() < most && next - k < most + most_waiting(most)) running.begin(next++);
     auto made = waiting.extract(k);
     if (!made) {
       waiting.insert(running.ended());

@@ -111,6 +111,8 @@ proto::Result<Estimate> estimate(const BuildRequest& request) {
   Builder& builder = shop.builder;
   const unsigned threads = shop.workers.threads();
   if (const auto ready = builder.prepare(); !ready.ok()) return ready.problem();
+  // Before processor time is counted.
+  if (const auto ready = builder.opened(); !ready.ok()) return ready.problem();
   const auto level = is_small(*plan) ? plan->block_level() : plan->finest_level();
   const std::vector<proto::TileAddress> nodes = filled_nodes(*plan, **source, static_cast<int>(level));
   Sampler sampler(builder, nodes);

@@ -2,6 +2,8 @@
 // alone.
 #include <gmock/gmock.h>
 
+#include <filesystem>
+
 #include "pipeline/build/build.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/work/work_plan.h"
@@ -61,6 +63,19 @@ class AutoStrategy : public testing::Test {
   pipeline::BuildRequest request_;
   const std::atomic<bool> never_ = false;
 };
+
+TEST_F(AutoStrategy, of_a_device_that_is_not_there_leaves_stores_alone) {
+  build("auto");
+  const Bytes before = bytes("auto");
+  request_.options.set_error(20);  // another plan: its store would take the place of that one
+  request_.options.set_device("cuda:99");
+  EXPECT_EQ(pipeline::build(request_, nullptr, never_).problem().type, "device-unavailable");
+  EXPECT_EQ(bytes("auto"), before);
+  request_.store_path = folder_.path("fresh");
+  EXPECT_EQ(pipeline::build(request_, nullptr, never_).problem().type, "device-unavailable");
+  for (const auto& left : std::filesystem::directory_iterator(std::filesystem::path(request_.store_path).parent_path()))
+    EXPECT_EQ(left.path().filename().string().find("fresh"), std::string::npos) << left.path();
+}
 
 TEST_F(AutoStrategy, is_exact_where_that_can_be) {
   const proto::Manifest chosen = build("auto");

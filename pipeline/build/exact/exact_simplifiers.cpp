@@ -21,12 +21,13 @@ proto::Result<std::unique_ptr<gpu::exact::BlockSimplifier>> ExactSimplifiers::ma
 }
 
 void ExactSimplifiers::open(const std::string& device, Room on_cpu, Room on_gpu) {
-  wanted_ = device;
+  const bool certain = device == kCpu || ((device.empty() || device == "auto") && !gpu::has_cuda_driver());
+  wanted_ = certain ? kCpu : device;
   on_cpu_ = on_cpu;
-  room_ = device == kCpu ? on_cpu : on_gpu;
+  room_ = certain ? on_cpu : on_gpu;
   constexpr auto kInTheBackground = std::launch::async | std::launch::deferred;  // the latter where no thread is to be had
-  opening_ =
-      std::async(device == kCpu ? std::launch::deferred : kInTheBackground, [=, this] { return open_device(device); }).share();
+  const auto work = [this, wanted = wanted_] { return open_device(wanted); };
+  opening_ = std::async(certain ? std::launch::deferred : kInTheBackground, work).share();
 }
 
 proto::Result<void> ExactSimplifiers::opened() const { return opening_.get(); }
@@ -34,13 +35,22 @@ proto::Result<void> ExactSimplifiers::opened() const { return opening_.get(); }
 proto::Result<void> ExactSimplifiers::open_device(const std::string& device) {
   auto simplifier = make_simplifier(device);
   if (simplifier.ok() && (*simplifier)->device() == kCpu) simplifier = make_simplifier(kCpu);  // "auto" did not know
-  if (!simplifier.ok()) return simplifier.problem();
   const std::lock_guard lock(mutex_);
+  if (!simplifier.ok()) {
+    problem_ = simplifier.problem();
+    wanted_ = kCpu, room_ = {1, 1};  // nothing is read for it any more
+    return *problem_;
+  }
   device_ = (*simplifier)->device();
   wanted_ = device_.substr(0, device_.find(' '));  // "auto" might be the CPU the next time
   if (device_ == kCpu) room_ = on_cpu_;
   idle_.push_back(std::move(*simplifier));
   return {};
+}
+
+std::optional<proto::Problem> ExactSimplifiers::problem() const {
+  const std::lock_guard lock(mutex_);
+  return problem_;
 }
 
 std::size_t ExactSimplifiers::at_once() const {

@@ -35,10 +35,12 @@ class ExactSimplifiers {
   struct Room {
     std::size_t turns = 1, together = 1;
   };
-  /// Once, before all else. It does not wait for a GPU, which may take a fifth of a second: whoever needs it does.
+  /// Once, before all else. It does not wait for a GPU, which may take a quarter of a second: whoever needs it does.
   void open(const std::string& device, Room on_cpu, Room on_gpu);
   /// Waits until the device is there. Problems: "unknown-device", "device-unavailable". simplify() has them, too.
   proto::Result<void> opened() const;
+  /// One that is known by now.
+  std::optional<proto::Problem> problem() const;
   std::size_t at_once() const;  ///< blocks
   bool on_gpu() const;          ///< or on what may turn out to be one
   std::size_t waiting() const;  ///< blocks that no simplifier has taken yet
@@ -101,6 +103,7 @@ class ExactSimplifiers {
   std::string wanted_ = "cpu", device_ = "cpu";                     ///< as asked for, and as it calls itself
   std::vector<std::unique_ptr<gpu::exact::BlockSimplifier>> idle_;  ///< of device_
   std::string lost_;
+  std::optional<proto::Problem> problem_;            ///< of opening
   std::size_t most_meters_ = 4, meters_in_use_ = 0;  ///< so many keep the threads busy
   std::vector<std::unique_ptr<gpu::BatchMeter>> idle_meters_;
   std::shared_future<proto::Result<void>> opening_;  ///< the last: it uses what is before it
