@@ -8,12 +8,14 @@
 
 namespace cordillera::gpu {
 
+inline bool is_any_device(const std::string& device) { return device.empty() || device == "auto"; }
+
 /// "cpu", "cuda", "cuda:N"; "auto" or nothing is the first GPU where one can be used and the CPU elsewhere. host() gives a
 /// pointer to what works there, cuda(number) a Result of the same or why that device cannot be used.
 template <class Host, class Cuda>
 auto on_device(const std::string& device, const Host& host, const Cuda& cuda) -> decltype(cuda(0)) {
   if (device == "cpu") return host();
-  if (device.empty() || device == "auto") {
+  if (is_any_device(device)) {
     auto first = cuda(0);
     if (first.ok()) return first;
     return host();

@@ -161,8 +161,9 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
     builder.use(*plan);
   }
   // A store that is there is not touched for a device that is not.
-  const bool fresh = !std::filesystem::exists(request.store_path);
-  if (const auto ready = fresh ? proto::Result<void>() : builder.opened(); !ready.ok()) return ready.problem();
+  if (std::filesystem::exists(request.store_path)) {
+    if (const auto ready = builder.opened(); !ready.ok()) return ready.problem();
+  }
   auto store = StoreWriter::open(request.store_path, *plan, request.other);
   if (!store.ok()) return store.problem();
   // While blocks are made, where there is a thread for it; a lazy build seldom comes to its end.
@@ -172,9 +173,9 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
                            [&] { return look_at_values(**source); });
   const Site site{*plan, shop, **store, teller, request.follower, Consumed::removed, stop};
   const auto made = make_stages(site, stages_of(*plan));
-  if (const auto ready = made.ok() || fresh ? builder.opened() : proto::Result<void>(); !ready.ok()) {
+  if (const auto ready = builder.opened(); !ready.ok()) {  // so the store was begun here
     store->reset();
-    if (fresh) remove_store(request.store_path);
+    remove_store(request.store_path);
     return ready.problem();
   }
   if (!made.ok()) return made.problem();

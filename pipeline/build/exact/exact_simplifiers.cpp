@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "gpu/device/device_choice.h"
 #include "gpu/device/device_lost.h"
 
 namespace cordillera::pipeline {
@@ -21,13 +22,13 @@ proto::Result<std::unique_ptr<gpu::exact::BlockSimplifier>> ExactSimplifiers::ma
 }
 
 void ExactSimplifiers::open(const std::string& device, Room on_cpu, Room on_gpu) {
-  const bool certain = device == kCpu || ((device.empty() || device == "auto") && !gpu::has_cuda_driver());
-  wanted_ = certain ? kCpu : device;
+  const bool is_cpu = device == kCpu || (gpu::is_any_device(device) && !gpu::has_cuda_driver());
+  wanted_ = is_cpu ? kCpu : device;
   on_cpu_ = on_cpu;
-  room_ = certain ? on_cpu : on_gpu;
+  room_ = is_cpu ? on_cpu : on_gpu;
   constexpr auto kInTheBackground = std::launch::async | std::launch::deferred;  // the latter where no thread is to be had
   const auto work = [this, wanted = wanted_] { return open_device(wanted); };
-  opening_ = std::async(certain ? std::launch::deferred : kInTheBackground, work).share();
+  opening_ = std::async(is_cpu ? std::launch::deferred : kInTheBackground, work).share();
 }
 
 proto::Result<void> ExactSimplifiers::opened() const { return opening_.get(); }
