@@ -119,6 +119,12 @@ std::set<Segment> segments_across(const std::string& bytes, const Place& p, bool
 /// Pairs of tiles of a zoom with a common side: what crosses it in both. Returns how many segments there were.
 std::size_t compare_sides(const Terrain& terrain, int zoom, std::string_view interval = {}) {
   const auto extent = *faces::extent_of(terrain.manifest());
+  std::map<std::pair<std::int32_t, std::int32_t>, std::string> drawn;  // each tile once: it is beside up to four others
+  const auto bytes_at = [&](const Place& p) -> const std::string& {
+    const auto [at, is_new] = drawn.try_emplace({p.x, p.y});
+    if (is_new) at->second = bytes_of(terrain, p, interval);
+    return at->second;
+  };
   std::size_t seen = 0;
   for (std::int32_t y = 0; y < 1 << zoom; ++y) {
     for (std::int32_t x = 0; x < 1 << zoom; ++x) {
@@ -127,8 +133,8 @@ std::size_t compare_sides(const Terrain& terrain, int zoom, std::string_view int
       for (const auto& [other, vertical] : {std::pair(east, true), std::pair(south, false)}) {
         if (!faces::inside(faces::Grid::web_mercator, other) || !faces::touches(extent, zoom, other.x, other.y)) continue;
         const std::int64_t side = std::int64_t{kExtent} * (vertical ? other.x : other.y);
-        const auto mine = segments_across(bytes_of(terrain, here, interval), here, vertical, side);
-        EXPECT_EQ(mine, segments_across(bytes_of(terrain, other, interval), other, vertical, side))
+        const auto mine = segments_across(bytes_at(here), here, vertical, side);
+        EXPECT_EQ(mine, segments_across(bytes_at(other), other, vertical, side))
             << zoom << "/" << x << "/" << y << (vertical ? " east" : " south");
         seen += mine.size();
       }

@@ -420,13 +420,12 @@ TEST(KeptArchive, IsThereThoughNobodyCouldBeTold) {
   const std::string id = built().base().substr(std::string("/v1/datasets/").size());
   const auto terrain = built().service().library().open(id);
   ASSERT_TRUE(terrain) << terrain.problem().line();
-  const auto& faces = pipeline::faces::all_faces();
-  const auto pictures = std::find_if(faces.begin(), faces.end(), [](const auto* face) { return face->name == "terrain-rgb"; });
-  ASSERT_NE(pictures, faces.end());
+  const pipeline::faces::Face* const meshes = pipeline::faces::face_named("drc");
+  ASSERT_NE(meshes, nullptr);
   limits::Space space([] { return std::optional<limits::DiskSpace>(); }, 5);
   ArchiveFiles files(built().data() / "archives-of-a-test", space, [](const std::string&) { throw std::bad_alloc(); });
   for (const char* version : {"a", "b"}) {
-    const ArchiveOrder order{id, version, *pictures, *terrain};
+    const ArchiveOrder order{id, version, *meshes, *terrain};
     EXPECT_TRUE(eventually([&] {
       const auto found = files.find(order);
       return found.ok() && *found;
