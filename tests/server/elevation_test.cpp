@@ -425,7 +425,7 @@ TEST(KeptArchive, IsThereThoughNobodyCouldBeTold) {
   limits::Space space([] { return std::optional<limits::DiskSpace>(); }, 5);
   ArchiveFiles files(built().data() / "archives-of-a-test", space, [](const std::string&) { throw std::bad_alloc(); });
   for (const char* version : {"a", "b"}) {
-    const ArchiveOrder order{id, version, *meshes, *terrain};
+    const ArchiveOrder order{id, version, meshes, *terrain};
     EXPECT_TRUE(eventually([&] {
       const auto found = files.find(order);
       return found.ok() && *found;
