@@ -40,7 +40,7 @@ class Refinement : public MeasuredMesh {
  protected:
   static constexpr std::uint32_t kReserve = 2;  ///< places at a vertex that edges turned for shape leave to insertions
   static constexpr int kMostHarms =
-      32;  ///< at a vertex: edges turned to make room, or away from needles, might turn back for ever
+      8;  ///< at a vertex: edges turned to make room, or away from needles, might turn back for ever
 
   struct Entry {
     double error_m;
