@@ -147,7 +147,7 @@ FinishedFinest finish_finest(const proto::Plan& plan, const LevelContext& contex
   bool changed = false;
   if (context.promise && pixels_within_m(plan) > 0) {
     MetPixels met = meet_pixels(context, built, placed, memory);
-    changed = met.inserted > 0;
+    changed = met.changed;
     finished.on_sides = std::move(met.on_sides);
   }
   if (changed || measure == Measure::always) finished.above_m = measure_exact(context, built, memory);

@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <optional>
-#include <set>
 #include <tuple>
 #include <utility>
 
@@ -221,23 +219,6 @@ constexpr std::size_t kMostStuck = 256;
 /// What mends one triangle may harm another: so often is looked again, while fewer are left, and few at all.
 constexpr int kMostRounds = 3;
 constexpr std::size_t kMostAgain = 16;
-/// Steep walls of a tile: of more than these none is mended here. Decoding tilts them, and corners more seldom help.
-constexpr std::size_t kMostWalls = 256;
-
-/// Those of these triangles that an earlier state of the mesh has not.
-std::vector<std::uint32_t> not_in(const proto::TileMesh& before, const proto::TileMesh& mesh,
-                                  const std::vector<std::uint32_t>& triangles) {
-  const auto from_least = [](std::array<std::uint32_t, 3> t) {
-    std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
-    return t;
-  };
-  std::set<std::array<std::uint32_t, 3>> known;
-  for (const auto& t : before.triangles) known.insert(from_least(t));
-  std::vector<std::uint32_t> out;
-  std::copy_if(triangles.begin(), triangles.end(), std::back_inserter(out),
-               [&](std::uint32_t t) { return !known.contains(from_least(mesh.triangles[t])); });
-  return out;
-}
 
 }  // namespace
 
@@ -265,12 +246,10 @@ MetPixels meet_pixels(const LevelContext& context, BuiltTile& built, TilePixels&
     return in_either(gpu::triangles_over(gpu::surface_error(asked, limit_m, memory)), gpu::turned_triangles(upright, mesh));
   };
   MetPixels met;
-  // False: more triangles than before are too far off, as between walls that decoding tilts.
   const auto meet = [&] {
     met.on_sides.clear();
     gpu::Refined refined = gpu::refine(built.mesh, with_pixels, limit_m, over, SIZE_MAX);
     met.inserted += refined.inserted;
-    if (refined.over > std::max(over.size(), kMostAgain)) return false;
     for (int round = 0; round < kMostRounds && refined.over > 0; ++round) {
       const std::vector<std::uint32_t> left = pixels.triangles_over(built.mesh, limit_m);
       if (left.empty() || left.size() > (round == 0 ? kMostStuck : kMostAgain)) break;
@@ -278,35 +257,29 @@ MetPixels meet_pixels(const LevelContext& context, BuiltTile& built, TilePixels&
       met.inserted += refined.inserted;
       met.on_sides = std::move(refined.on_sides);
     }
-    return true;
   };
-  // The promise at samples comes first. What breaks it, steep walls from before too while they are few, is mended without a harm
-  // to pixels; else, where valences left no room for both, samples alone are asked.
-  const auto mend = [&](const proto::TileMesh& before) {  // how many triangles are left that break it
+  // The promise at samples comes first. What breaks it, steep walls from before too, is mended without a harm to pixels; else,
+  // where valences left no room for both, samples alone are asked.
+  const auto mend = [&] {  // how many triangles are left that break it
     std::vector<std::uint32_t> left = broken(built.mesh);
-    const bool too_many = left.size() > kMostWalls;
     for (const gpu::ErrorMeter* meter : {&with_pixels, &samples_alone}) {
-      const std::vector<std::uint32_t> asked = too_many ? not_in(before, built.mesh, left) : left;
-      if (asked.empty()) break;
-      met.inserted += gpu::refine(built.mesh, *meter, limit_m, asked, SIZE_MAX).inserted;
+      if (left.empty()) break;
+      met.inserted += gpu::refine(built.mesh, *meter, limit_m, left, SIZE_MAX).inserted;
       left = broken(built.mesh);
     }
     return left.size();
   };
   for (int round = 0; round < kMostRounds && !over.empty() && (round == 0 || over.size() <= kMostAgain); ++round) {
     const proto::TileMesh before = built.mesh;
-    const std::uint32_t inserted = met.inserted;
-    const auto helps = [&] {
-      if (!meet()) return false;
-      const std::size_t left = mend(before);
-      return left == 0 || left <= broken(before).size();
-    };
-    // Else all stays as it was, and measure_exact mends the walls.
-    if (!helps()) {
+    const MetPixels met_before = met;
+    meet();
+    // Where that does not help, all stays as it was, and measure_exact mends the walls.
+    if (const std::size_t left = mend(); left > 0 && left > broken(before).size()) {
       built.mesh = before;
-      met.inserted = inserted;
+      met = met_before;
       break;
     }
+    met.changed = met.changed || built.mesh.triangles != before.triangles;
     std::vector<std::uint32_t> next = pixels.triangles_over(built.mesh, limit_m);
     if (next.size() >= over.size()) break;
     over = std::move(next);

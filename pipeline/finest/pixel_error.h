@@ -137,13 +137,14 @@ std::vector<raster::PixelPoint> pixels_of(const proto::Lattice& lattice, const p
 
 struct MetPixels {
   std::uint32_t inserted = 0;  ///< vertices
+  bool changed = false;        ///< the mesh: edges may be turned where nothing goes in
   std::vector<gpu::MeshPoint>
       on_sides;  ///< samples on the tile's sides that would have to be vertices, where pixels are still too far off
 };
 
 /// Puts samples into a tile of the finest level until its triangles are within the level's target of all pixels, as they are of
 /// all samples; as far as vertices can, which do not go onto the tile's sides (see put_on_sides). What was measured of the tile
-/// is no longer true if any went in. Where pixels are finer than samples, as of a raster that was added to an older plan, nothing
+/// is no longer true if it changed. Where pixels are finer than samples, as of a raster that was added to an older plan, nothing
 /// goes in. memory: of the tile at limit_of().
 MetPixels meet_pixels(const LevelContext& context, BuiltTile& built, TilePixels& pixels, gpu::SurfaceMemory& memory);
 

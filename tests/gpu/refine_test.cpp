@@ -303,6 +303,26 @@ TEST(refine, sheds_a_needle_along_a_rim) {
   }
 }
 
+/// Walls that no vertex helps: every triangle is too far off, whatever is done.
+class Hopeless final : public ErrorMeter {
+ public:
+  TriangleError measure(const std::array<MeshPoint, 3>&, double) const override { return {.error_m = 10}; }
+  double error_m(const std::array<MeshPoint, 3>&, const Glance&) const override { return 10; }
+};
+
+TEST(refine, gives_up_where_nothing_helps) {
+  const proto::Samples samples = samples_of(kHills);
+  TileMesh mesh = coarse(samples, 16);
+  std::vector<std::uint32_t> all(mesh.triangles.size());
+  std::iota(all.begin(), all.end(), 0u);
+  const Refined refined = refine(mesh, Hopeless(), 1, all, SIZE_MAX);
+  EXPECT_EQ(refined.inserted, 0u);
+  EXPECT_GT(refined.flipped, 0u);
+  EXPECT_LE(refined.flipped, 8 * mesh.vertices()) << "turns that help nobody";
+  EXPECT_GT(refined.over, 0u);
+  expect_lawful(mesh);
+}
+
 TEST(refine, nothing_over_nothing_done) {
   const proto::Samples samples = samples_of(kHills);
   TileMesh mesh = coarse(samples, 64);
