@@ -3,12 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
-#include <new>
 
-#include "fixture.h"
-#include "pipeline/build/build.h"
+#include "built_sample.h"
 #include "raster/place/geodesic.h"
 #include "server/api/requests/elevation_query.h"
 
@@ -17,60 +14,6 @@ namespace {
 
 using testing::HasSubstr;
 using testing::Not;
-
-const std::string kRaster = std::string(CORDILLERA_SOURCE_DIR) + "/deploy/sample/white_mountains_srtm3.tif";
-
-/// Builds in this process: what the child would do, without the child.
-proto::Result<std::optional<proto::Estimate>> build_job(const std::filesystem::path& folder, const ProgressSink&,
-                                                        const std::atomic<bool>& stop) {
-  proto::Job job;
-  if (!from_json(file_text(folder / kJobFile), &job)) return proto::Problem{"internal", "no job", "", ""};
-  pipeline::BuildRequest request;
-  request.raster_path = (folder / job.raster()).string();
-  request.raster_name = job.name();
-  request.id = job.id();
-  request.store_path = (folder / kStoreFile).string();
-  request.options = job.options();
-  const auto built = pipeline::build(request, nullptr, stop);
-  if (!built) return built.problem();
-  return std::optional<proto::Estimate>();
-}
-
-/// A service with one dataset, built once for all tests of this file.
-class Built {
- public:
-  Built() {
-    Settings settings;
-    settings.serve.data = (folder_.path() / "data").string();
-    settings.serve.web = (folder_.path() / "web").string();
-    service_ = std::move(Service::open(settings, build_job).value());
-    api_ = std::make_unique<Api>(*service_);
-    const std::string body = file_text(kRaster);
-    Request request;
-    request.method = "POST";
-    request.path = "/v1/datasets";
-    request.query = {{"name", "sample.tif"}, {"error", "4"}, {"device", "cpu"}, {"threads", "2"}};
-    request.headers = {{"content-length", std::to_string(body.size())}, {"prefer", "wait=600"}};
-    request.read_body = [&](const Request::Sink& sink) { return sink(body); };
-    const Response response = TestService::settled(api_->handle(request));
-    if (response.status != 201) throw std::runtime_error(response.body);
-    base_ = "/v1/datasets/" + body_of(response)["id"].get<std::string>();
-  }
-  Api& api() { return *api_; }
-  Service& service() { return *service_; }
-  std::filesystem::path data() const { return folder_.path() / "data"; }
-  const std::string& base() const { return base_; }
-
- private:
-  TempFolder folder_;
-  std::unique_ptr<Service> service_;
-  std::unique_ptr<Api> api_;
-  std::string base_;
-};
-Built& built() {
-  static Built kBuilt;
-  return kBuilt;
-}
 
 using Query = std::vector<std::pair<std::string, std::string>>;
 
@@ -378,85 +321,6 @@ TEST(RasterFaces, OutsideTheDataHeightsAreRefusedAndPicturesAreEmpty) {
   EXPECT_EQ(get("hillshade/30/0/0.png").status, 204);
   EXPECT_EQ(get("terrain-rgb/0/0/0.png").header("Content-Type"), "image/png");
   EXPECT_EQ(get("terrarium/0/0/0.webp").header("Content-Type"), "image/webp");
-}
-
-TEST(Archive, WhatIsNoFormatIsNamed) {
-  const auto refused = [](const Query& query) {
-    Request request;
-    request.path = built().base() + ".pmtiles";
-    request.query = query;
-    return slug_of(built().api().handle(request));
-  };
-  EXPECT_EQ(refused({{"form", "drc"}}), "option-unknown");
-  EXPECT_EQ(refused({{"format", "tif"}}), "option-invalid");
-  EXPECT_EQ(refused({{"format", "drc"}, {"format", "hillshade"}}), "option-repeated");
-}
-
-Response asked_archive(const std::map<std::string, std::string>& headers = {}) {
-  Request request;
-  request.path = built().base() + ".pmtiles";
-  request.headers = headers;
-  Response answer = TestService::settled(built().api().handle(request));
-  while (answer.next_piece) {
-    const auto piece = answer.next_piece();
-    if (!piece) break;
-    answer.body += *piece;
-  }
-  return answer;
-}
-
-/// Once it is made: on a slow machine that takes longer than a request waits for it.
-Response archive(const std::map<std::string, std::string>& headers = {}) {
-  Response answer;
-  eventually([&] {
-    answer = asked_archive(headers);
-    return answer.status != 503;
-  });
-  return answer;
-}
-
-/// Want of memory at the end of an order, on a thread whose exceptions would end the service.
-TEST(KeptArchive, IsThereThoughNobodyCouldBeTold) {
-  const std::string id = built().base().substr(std::string("/v1/datasets/").size());
-  const auto terrain = built().service().library().open(id);
-  ASSERT_TRUE(terrain) << terrain.problem().line();
-  const pipeline::faces::Face* const meshes = pipeline::faces::face_named("drc");
-  ASSERT_NE(meshes, nullptr);
-  limits::Space space([] { return std::optional<limits::DiskSpace>(); }, 5);
-  ArchiveFiles files(built().data() / "archives-of-a-test", space, [](const std::string&) { throw std::bad_alloc(); });
-  for (const char* version : {"a", "b"}) {
-    const ArchiveOrder order{id, version, meshes, *terrain};
-    EXPECT_TRUE(eventually([&] {
-      const auto found = files.find(order);
-      return found.ok() && *found;
-    })) << version;
-  }
-}
-
-/// Whichever part is asked for, what is damaged is not served: another is made.
-TEST(KeptArchive, IsNotServedDamaged) {
-  const Response whole = archive();
-  ASSERT_EQ(whole.status, 200) << whole.body;
-  ASSERT_GT(whole.body.size(), 100'000U);
-  const std::filesystem::path folder = Layout{built().data()}.archives();
-  for (const std::size_t place : {std::size_t{50}, whole.body.size() - 1}) {
-    const std::string part = "bytes=" + std::to_string(place - 20) + "-" + std::to_string(place);
-    const Response before = archive({{"range", part}});
-    EXPECT_EQ(before.status, 206);
-    EXPECT_EQ(before.body, whole.body.substr(place - 20, 21));
-    const std::filesystem::path file = std::filesystem::directory_iterator(folder)->path();
-    std::fstream(file, std::ios::in | std::ios::out | std::ios::binary)
-        .seekp(static_cast<std::streamoff>(place))
-        .put(static_cast<char>(whole.body[place] ^ 4));
-    EXPECT_EQ(archive({{"range", "bytes=70000-90000"}}).body, whole.body.substr(70000, 20001)) << "what is sound is served";
-    const Response damaged = asked_archive({{"range", part}});
-    EXPECT_EQ(damaged.status, 503) << place;
-    EXPECT_EQ(slug_of(damaged), "archive-not-ready");
-    const Response again = archive();
-    EXPECT_EQ(again.status, 200);
-    EXPECT_EQ(again.body, whole.body);
-    EXPECT_EQ(again.header("ETag"), whole.header("ETag"));
-  }
 }
 
 }  // namespace

@@ -1,0 +1,98 @@
+// Archives over HTTP: what may be asked for, and what is kept of them.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <new>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "built_sample.h"
+
+namespace cordillera::server {
+namespace {
+
+TEST(Archive, WhatIsNoFormatIsNamed) {
+  const auto refused = [](const std::vector<std::pair<std::string, std::string>>& query) {
+    Request request;
+    request.path = built().base() + ".pmtiles";
+    request.query = query;
+    return slug_of(built().api().handle(request));
+  };
+  EXPECT_EQ(refused({{"form", "drc"}}), "option-unknown");
+  EXPECT_EQ(refused({{"format", "tif"}}), "option-invalid");
+  EXPECT_EQ(refused({{"format", "drc"}, {"format", "hillshade"}}), "option-repeated");
+}
+
+Response asked_archive(const std::map<std::string, std::string>& headers = {}) {
+  Request request;
+  request.path = built().base() + ".pmtiles";
+  request.headers = headers;
+  Response answer = TestService::settled(built().api().handle(request));
+  while (answer.next_piece) {
+    const auto piece = answer.next_piece();
+    if (!piece) break;
+    answer.body += *piece;
+  }
+  return answer;
+}
+
+/// Once it is made: on a slow machine that takes longer than a request waits for it.
+Response archive(const std::map<std::string, std::string>& headers = {}) {
+  Response answer;
+  eventually([&] {
+    answer = asked_archive(headers);
+    return answer.status != 503;
+  });
+  return answer;
+}
+
+/// Want of memory at the end of an order, on a thread whose exceptions would end the service.
+TEST(KeptArchive, IsThereThoughNobodyCouldBeTold) {
+  const std::string id = built().base().substr(std::string("/v1/datasets/").size());
+  const auto terrain = built().service().library().open(id);
+  ASSERT_TRUE(terrain) << terrain.problem().line();
+  const pipeline::faces::Face* const meshes = pipeline::faces::face_named("drc");
+  ASSERT_NE(meshes, nullptr);
+  limits::Space space([] { return std::optional<limits::DiskSpace>(); }, 5);
+  ArchiveFiles files(built().data() / "archives-of-a-test", space, [](const std::string&) { throw std::bad_alloc(); });
+  for (const char* version : {"a", "b"}) {
+    const ArchiveOrder order{id, version, meshes, *terrain};
+    EXPECT_TRUE(eventually([&] {
+      const auto found = files.find(order);
+      return found.ok() && *found;
+    })) << version;
+  }
+}
+
+/// Whichever part is asked for, what is damaged is not served: another is made.
+TEST(KeptArchive, IsNotServedDamaged) {
+  const Response whole = archive();
+  ASSERT_EQ(whole.status, 200) << whole.body;
+  ASSERT_GT(whole.body.size(), 100'000U);
+  const std::filesystem::path folder = Layout{built().data()}.archives();
+  for (const std::size_t place : {std::size_t{50}, whole.body.size() - 1}) {
+    const std::string part = "bytes=" + std::to_string(place - 20) + "-" + std::to_string(place);
+    const Response before = archive({{"range", part}});
+    EXPECT_EQ(before.status, 206);
+    EXPECT_EQ(before.body, whole.body.substr(place - 20, 21));
+    const std::filesystem::path file = std::filesystem::directory_iterator(folder)->path();
+    std::fstream(file, std::ios::in | std::ios::out | std::ios::binary)
+        .seekp(static_cast<std::streamoff>(place))
+        .put(static_cast<char>(whole.body[place] ^ 4));
+    EXPECT_EQ(archive({{"range", "bytes=70000-90000"}}).body, whole.body.substr(70000, 20001)) << "what is sound is served";
+    const Response damaged = asked_archive({{"range", part}});
+    EXPECT_EQ(damaged.status, 503) << place;
+    EXPECT_EQ(slug_of(damaged), "archive-not-ready");
+    const Response again = archive();
+    EXPECT_EQ(again.status, 200);
+    EXPECT_EQ(again.body, whole.body);
+    EXPECT_EQ(again.header("ETag"), whole.header("ETag"));
+  }
+}
+
+}  // namespace
+}  // namespace cordillera::server
