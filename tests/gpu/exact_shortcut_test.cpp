@@ -299,7 +299,7 @@ TEST(ExactEightColumns, PullAsEverySampleDoes) {
   int strides[5] = {}, many_units = 0;
   for (int k = 0; k < 20000; ++k) {
     const float tolerance = static_cast<float>(1 << triangles.any(16));
-    const PullBox box(triangles.next(k % 2 == 0 ? 3 : 50, tolerance), tolerance);
+    const PullBox box(triangles.next(k % 2 == 0 ? 3 : 50, tolerance), kPullUnits / tolerance);
     float most = 0;
     for (int y = box.t.south; y <= box.t.north; ++y) {
       for (int x = box.t.west; x <= box.t.east; ++x) {

@@ -15,12 +15,12 @@ struct Pull {
   std::int32_t sum = 0, weight = 0;
 };
 
-/// Every stride-th sample of a box, both ways.
-CORDILLERA_HD inline int pull_stride(const Triangle& t) {
+/// Every 2^shift-th sample of a box, both ways.
+CORDILLERA_HD inline int pull_shift(const Triangle& t) {
   const int box = (t.east - t.west + 1) * (t.north - t.south + 1);
-  int stride = 1;
-  while (box > kSamplesAsked * stride * stride) stride *= 2;
-  return stride;
+  int shift = 0;
+  while (box > kSamplesAsked << 2 * shift) ++shift;
+  return shift;
 }
 
 /// The samples of one triangle around a vertex, its first corner.
@@ -29,14 +29,16 @@ struct PullBox {
   int stride, west, south, columns, rows, count;
   float per_area, per_tolerance;
 
-  CORDILLERA_HD PullBox(const Triangle& triangle, float tolerance) : t(triangle), stride(pull_stride(triangle)) {
-    west = (t.west + stride - 1) / stride;
-    south = (t.south + stride - 1) / stride;
-    columns = t.east / stride - west + 1;
-    rows = t.published ? t.north / stride - south + 1 : 0;
+  /// units: kPullUnits of a tolerance.
+  CORDILLERA_HD PullBox(const Triangle& triangle, float units) : t(triangle), per_tolerance(units) {
+    const int shift = pull_shift(t);
+    stride = 1 << shift;
+    west = (t.west + stride - 1) >> shift;
+    south = (t.south + stride - 1) >> shift;
+    columns = (t.east >> shift) - west + 1;
+    rows = t.published ? (t.north >> shift) - south + 1 : 0;
     count = columns * rows;
     per_area = static_cast<float>(kPullWeight) / static_cast<float>(t.twice_area());
-    per_tolerance = kPullUnits / tolerance;
   }
   CORDILLERA_HD void add(const Field& field, int column, int row, Pull& pull) const {
     const int x = (west + column) * stride, y = (south + row) * stride;
@@ -85,6 +87,9 @@ CORDILLERA_HD inline bool moves_now(const WindowView& w, int u) {
 /// The triangles around a vertex that is to move, with the height it would have (measured) or has (pulled).
 struct AroundVertex {
   const WindowView& w;
+  const float units;  ///< see PullBox
+
+  CORDILLERA_HD explicit AroundVertex(const WindowView& window) : w(window), units(kPullUnits / window.rules.tolerance) {}
   CORDILLERA_HD int vertex(int i) const { return w.winner(i); }
   CORDILLERA_HD int count(int i) const { return w.valence(vertex(i)); }
   CORDILLERA_HD Triangle triangle_at(int i, int k, float height) const {
@@ -94,7 +99,7 @@ struct AroundVertex {
     return make_triangle(at, w.corner(w.entry(u, k)), w.corner(w.entry(u, w.after(u, k))), w.demand());
   }
   CORDILLERA_HD Triangle triangle(int i, int k) const { return triangle_at(i, k, w.next_height(vertex(i))); }
-  CORDILLERA_HD PullBox box(int i, int k) const { return {triangle_at(i, k, w.height(vertex(i))), w.rules.tolerance}; }
+  CORDILLERA_HD PullBox box(int i, int k) const { return {triangle_at(i, k, w.height(vertex(i))), units}; }
   CORDILLERA_HD bool has_failed(int i) const {
     const int u = vertex(i);
     return *static_cast<volatile std::uint8_t*>(&w.target(u)) != 0 || w.next_height(u) == w.height(u);
