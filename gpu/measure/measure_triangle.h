@@ -74,7 +74,7 @@ struct MeasureTriangle {
     const double height_m = p.height * proto::kHeightStep_m;
     const proto::RowFrame row = row_frame[p.y + tile.row_shift];
     const proto::Vec3 at = proto::ecef(row, column_frame[p.x + (in_first ? first.shift : tile.stretch[1].shift)], height_m);
-    return {p.x, p.y, height_m, at, round_to(at, tile.facts.step_m), row};
+    return {p.x, p.y, height_m, at, tile.facts.ecef_steps.rounded(at, height_m), row};
   }
 
   template <class Lanes>

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "proto/ellipsoid.h"
+#include "gpu/measure/ecef_steps.h"
 #include "proto/mesh.h"
 
 namespace cordillera::gpu {
@@ -17,14 +17,14 @@ struct SurfaceMemory;
 
 /// The error of a surface is the distance, along the ellipsoid's normal, from each valid finest sample to the flat ECEF triangle
 /// that covers it. Two decodings are measured at once: exact lattice positions (.drc) and ECEF rounded to multiples of
-/// ecef_step_m (.glb).
+/// ecef_steps (.glb).
 struct SurfaceErrorInput {
   const proto::Lattice* lattice = nullptr;
   proto::TileAddress tile;
   const proto::TileMesh* mesh = nullptr;  ///< void triangles are skipped (their samples count as uncovered when valid)
   /// Finest samples. What lies outside their window counts as invalid. Columns are taken modulo the circle.
   const proto::Samples* samples = nullptr;
-  double ecef_step_m = 0;                ///< > 0, a power of two
+  EcefSteps ecef_steps;
   const SampleFrames* frames = nullptr;  ///< of samples; null: made for the call
 };
 

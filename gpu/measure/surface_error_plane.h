@@ -17,16 +17,6 @@ inline constexpr double kLargestSummed_m = 0x1p21;
 /// The sum of squares is kept in integers: its value then never depends on the order of the summands.
 inline constexpr double kSquaresPerStep = 0x1p20;
 
-/// value rounded to the nearest multiple of step (a power of two), ties to even. |value / step| < 2^51.
-CORDILLERA_HD inline double round_to(double value, double step) {
-  constexpr double kShift = 0x1.8p52;
-  const double shifted = value / step + kShift;
-  return (shifted - kShift) * step;
-}
-CORDILLERA_HD inline proto::Vec3 round_to(proto::Vec3 p, double step) {
-  return {round_to(p.x, step), round_to(p.y, step), round_to(p.z, step)};
-}
-
 /// The plane { X : normal.X = offset }; not normalised.
 struct Plane {
   proto::Vec3 normal;

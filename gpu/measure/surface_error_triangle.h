@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "gpu/measure/ecef_steps.h"
 #include "gpu/measure/surface_error_plan.h"
 #include "gpu/measure/surface_error_plane.h"
 #include "gpu/measure/surface_error_reach.h"
@@ -21,7 +22,7 @@ struct Corner {
 struct TileFacts {
   std::int32_t side = 0;
   double unit_rad = 0;  ///< one unit, along either axis
-  double step_m = 0;
+  EcefSteps ecef_steps;
   std::int32_t small_units = 0;                    ///< triangles no larger than this show no sample outside their plan
   proto::RowFrame off_south_pole, off_north_pole;  ///< the rows next to the poles
 };
@@ -112,7 +113,7 @@ CORDILLERA_HD inline std::int32_t small_units(const TileFacts& tile, const proto
   TriangleExtent e;
   e.low_m = low_m;
   e.high_m = high_m;
-  e.step_m = tile.step_m;
+  e.step_m = tile.ecef_steps.far_m;
   detail::set_rows(e, tile, south, north);
   const double r0 = e.least_radius_m, r1 = e.most_radius_m;
   for (std::int32_t size = 1024; size > 0; size /= 2) {
@@ -148,9 +149,9 @@ CORDILLERA_HD inline MeasuredTriangle measured_triangle(const TileFacts& tile, c
   std::int32_t west = c[0].x, east = c[0].x, south = c[0].y, north = c[0].y;
   const proto::RowFrame *south_row = &c[0].row, *north_row = &c[0].row;
   TriangleExtent extent;
-  extent.step_m = tile.step_m;
   extent.low_m = least(c[0].height_m, least(c[1].height_m, c[2].height_m));
   extent.high_m = most(c[0].height_m, most(c[1].height_m, c[2].height_m));
+  extent.step_m = tile.ecef_steps.between(extent.low_m, extent.high_m);
   for (int k = 0; k < 3; ++k) {
     const Corner &p = c[k], &q = c[k == 2 ? 0 : k + 1];
     t.plan.edge[k] = {p.x, p.y, std::int64_t{q.x} - p.x, std::int64_t{q.y} - p.y, 0, (owned >> k & 1) != 0};
@@ -180,7 +181,7 @@ CORDILLERA_HD inline MeasuredTriangle measured_triangle(const TileFacts& tile, c
   t.rounded = plane_of(c[0].rounded, c[1].rounded, c[2].rounded);
   t.exact_range = height_range(extent.low_m, extent.high_m, extent.edge2_m2, 1e-6);
   t.rounded_range =
-      height_range(extent.low_m, extent.high_m, extent.edge2_m2 * 1.01 + 400 * tile.step_m * tile.step_m, tile.step_m);
+      height_range(extent.low_m, extent.high_m, extent.edge2_m2 * 1.01 + 400 * extent.step_m * extent.step_m, extent.step_m);
   return t;
 }
 

@@ -46,7 +46,7 @@ inline TileFacts tile_facts(const SurfaceErrorInput& in, std::pair<double, doubl
   TileFacts tile;
   tile.side = in.mesh->side;
   tile.unit_rad = M_PI / static_cast<double>(lattice.rows());
-  tile.step_m = in.ecef_step_m;
+  tile.ecef_steps = in.ecef_steps;
   tile.off_south_pole = proto::row_frame(lattice, 1);
   tile.off_north_pole = proto::row_frame(lattice, lattice.rows() - 1);
   tile.small_units = small_units(tile, proto::row_frame(lattice, south), proto::row_frame(lattice, south + tile.side),
@@ -84,7 +84,7 @@ class SurfaceMeter {
     const bool within = y >= window_.rows().first && y <= window_.rows().last;
     const proto::RowFrame row = within ? frame(y) : proto::row_frame(lattice_, south_ + y);
     const proto::Vec3 p = proto::ecef(row, column_frame(x), h);
-    return {x, y, h, p, round_to(p, tile_.step_m), row};
+    return {x, y, h, p, tile_.ecef_steps.rounded(p, h), row};
   }
   /// owned: see measured_triangle.
   MeasuredTriangle triangle(const Corner (&corners)[3], unsigned owned) const { return measured_triangle(tile_, corners, owned); }

@@ -47,7 +47,8 @@ bool Upright::cannot_turn(const std::array<MeshPoint, 3>& c) const {
   const double wide = std::max(static_cast<double>(east) - west, static_cast<double>(north) - south);
   if (least_cos_ < 0.05 || wide * unit_rad_ > 0.5) return false;
   const double leaning = (static_cast<double>(high) - low) * proto::kHeightStep_m / proto::kSemiMajor_m;
-  const double moved = 2 * wide * (wide * unit_rad_ + leaning) + 4 * at_.ecef_step_m / (proto::kSemiMajor_m * unit_rad_);
+  const double step_m = at_.ecef_steps.between(low * proto::kHeightStep_m, high * proto::kHeightStep_m);
+  const double moved = 2 * wide * (wide * unit_rad_ + leaning) + 4 * step_m / (proto::kSemiMajor_m * unit_rad_);
   return static_cast<double>(twice_area(c[0], c[1], c[2])) * least_cos_ > 2 * wide * moved;
 }
 
@@ -58,8 +59,9 @@ bool Upright::is(const std::array<MeshPoint, 3>& corners) const {
   for (std::size_t k = 0; k < 3; ++k) {
     const proto::RowFrame row = proto::row_frame(*at_.lattice, south_ + corners[k].y);
     const proto::ColumnFrame column = proto::column_frame(*at_.lattice, west_ + corners[k].x);
-    exact[k] = proto::ecef(row, column, corners[k].height * proto::kHeightStep_m);
-    rounded[k] = round_to(exact[k], at_.ecef_step_m);
+    const double height_m = corners[k].height * proto::kHeightStep_m;
+    exact[k] = proto::ecef(row, column, height_m);
+    rounded[k] = at_.ecef_steps.rounded(exact[k], height_m);
     up[k] = proto::normal(row, column);
   }
   return shows_front(exact, up) && shows_front(rounded, up);

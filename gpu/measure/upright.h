@@ -4,6 +4,7 @@
 // normal.
 #include <array>
 
+#include "gpu/measure/ecef_steps.h"
 #include "gpu/refine/refine.h"
 #include "proto/ellipsoid.h"
 
@@ -14,7 +15,7 @@ struct TilePlace {
   const proto::Lattice* lattice = nullptr;
   proto::TileAddress tile;
   std::int32_t side = 0;
-  double ecef_step_m = 0;
+  EcefSteps ecef_steps;
 };
 
 class Upright {

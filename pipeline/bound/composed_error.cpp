@@ -152,14 +152,14 @@ TileMesh with_patches(const TileMesh& mesh, const TileMesh& patches) {
 class ComposedMeter::Ground {
  public:
   Ground(const proto::Lattice& lattice, const proto::TileAddress& tile, const TileMesh& mesh, double max_error_m,
-         const Loose& loose, double ecef_step_m)
+         const Loose& loose, const gpu::EcefSteps& ecef_steps)
       : earth_(lattice, tile),
         welded_(with_patches(mesh, loose.patches)),
         error_m_(mesh.triangles.size(), max_error_m),
-        least_m_(kRoundingSteps * ecef_step_m + max_error_m),
-        rounding_m_(kRoundingSteps * ecef_step_m),
+        least_m_(kRoundingSteps * ecef_steps.far_m + max_error_m),
+        rounding_m_(kRoundingSteps * ecef_steps.far_m),
         index_(welded_, proto::is_published),
-        loose_(lattice, tile, mesh.side, ecef_step_m, loose.samples),
+        loose_(lattice, tile, mesh.side, ecef_steps, loose.samples),
         at_(welded_.vertices()),
         on_rim_(welded_.vertices(), 0) {
     std::fill(on_rim_.begin() + static_cast<std::ptrdiff_t>(mesh.vertices()), on_rim_.end(), 1);
@@ -337,8 +337,8 @@ class ComposedMeter::Ground {
 };
 
 ComposedMeter::ComposedMeter(const proto::Lattice& lattice, const proto::TileAddress& tile, const TileMesh& mesh,
-                             double max_error_m, const Loose& loose, double ecef_step_m)
-    : ground_(std::make_unique<Ground>(lattice, tile, mesh, max_error_m, loose, ecef_step_m)) {}
+                             double max_error_m, const Loose& loose, const gpu::EcefSteps& ecef_steps)
+    : ground_(std::make_unique<Ground>(lattice, tile, mesh, max_error_m, loose, ecef_steps)) {}
 ComposedMeter::~ComposedMeter() = default;
 
 gpu::TriangleError ComposedMeter::measure(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const {

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "gpu/measure/ecef_steps.h"
 #include "gpu/refine/refine.h"
 #include "pipeline/bound/surface.h"
 #include "proto/lattice.h"
@@ -24,7 +25,7 @@ class ComposedMeter final : public gpu::ErrorMeter {
  public:
   /// mesh, loose: of a finer surface over the tile, which is max_error_m off where the mesh is. lattice is borrowed.
   ComposedMeter(const proto::Lattice& lattice, const proto::TileAddress& tile, const proto::TileMesh& mesh, double max_error_m,
-                const Loose& loose, double ecef_step_m);
+                const Loose& loose, const gpu::EcefSteps& ecef_steps);
   ~ComposedMeter() override;
 
   gpu::TriangleError measure(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const override;

@@ -33,12 +33,12 @@ double graze_m(const gpu::MeasuredTriangle& t, const proto::Vec3& up) {
 
 }  // namespace
 
-LooseSamples::LooseSamples(const proto::Lattice& lattice, const proto::TileAddress& tile, std::int32_t side, double ecef_step_m,
-                           std::vector<gpu::MeshPoint> samples)
+LooseSamples::LooseSamples(const proto::Lattice& lattice, const proto::TileAddress& tile, std::int32_t side,
+                           const gpu::EcefSteps& ecef_steps, std::vector<gpu::MeshPoint> samples)
     : lattice_(lattice), west_(lattice.west(tile)), south_(lattice.south(tile)), samples_(std::move(samples)) {
   tile_.side = side;
   tile_.unit_rad = std::numbers::pi / static_cast<double>(lattice.rows());
-  tile_.step_m = ecef_step_m;
+  tile_.ecef_steps = ecef_steps;
   tile_.off_south_pole = proto::row_frame(lattice, 1);
   tile_.off_north_pole = proto::row_frame(lattice, lattice.rows() - 1);
   if (samples_.empty()) return;
@@ -68,7 +68,7 @@ gpu::Corner LooseSamples::corner(const gpu::MeshPoint& p) const {
   const double height_m = p.height * proto::kHeightStep_m;
   const proto::RowFrame row = proto::row_frame(lattice_, south_ + p.y);
   const proto::Vec3 at = proto::ecef(row, proto::column_frame(lattice_, west_ + p.x), height_m);
-  return {p.x, p.y, height_m, at, gpu::round_to(at, tile_.step_m), row};
+  return {p.x, p.y, height_m, at, tile_.ecef_steps.rounded(at, height_m), row};
 }
 
 LooseSamples::Farthest LooseSamples::farthest(const std::array<gpu::MeshPoint, 3>& corners) const {

@@ -13,8 +13,8 @@ namespace cordillera::pipeline {
 
 class LooseSamples {
  public:
-  /// side: of the tile, units. ecef_step_m: of its level.
-  LooseSamples(const proto::Lattice& lattice, const proto::TileAddress& tile, std::int32_t side, double ecef_step_m,
+  /// side: of the tile, units. ecef_steps: of its level.
+  LooseSamples(const proto::Lattice& lattice, const proto::TileAddress& tile, std::int32_t side, const gpu::EcefSteps& ecef_steps,
                std::vector<gpu::MeshPoint> samples);
 
   struct Farthest {

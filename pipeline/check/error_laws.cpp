@@ -57,7 +57,7 @@ void ErrorLaws::add(const CheckedTile& tile, double stated_m, Report& report) {
   input.tile = tile.tile;
   input.mesh = &mesh;
   input.samples = &*samples;
-  input.ecef_step_m = level_plan(plan_, tile.tile.z).ecef_step();
+  input.ecef_steps = ecef_steps(level_plan(plan_, tile.tile.z));
   const gpu::SurfaceError error = gpu::surface_error(input, INFINITY);
   ++report.measured;
   if (error.max_m <= stated_m) return;

@@ -20,7 +20,7 @@ struct TileBytes {
   int finest_level = 0;
   std::string_view drc, glb;
   const proto::TileRecord* record = nullptr;  ///< null: a static folder has none
-  double ecef_step_m = 0;                     ///< of the .glb; 0: unknown, then both faces are not held against each other
+  double ecef_step_m = 0;                     ///< the greatest of the .glb; 0: unknown, then the faces are not compared
   double height_step_m = 0;                   ///< of the .drc; 0: unknown
 };
 

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "cordillera.pb.h"
+#include "gpu/measure/ecef_steps.h"
 #include "proto/ellipsoid.h"
 #include "proto/lattice.h"
 #include "proto/mesh.h"
@@ -47,7 +48,7 @@ struct EncodeInput {
   const proto::Lattice* lattice = nullptr;
   proto::TileAddress tile;
   const proto::TileMesh* mesh = nullptr;  ///< whole rectangle; only triangles without a void corner are encoded
-  double ecef_step_m = 0;                 ///< power of two; .glb positions are multiples of it
+  gpu::EcefSteps ecef_steps;              ///< of .glb positions
   std::int32_t height_step = 1;           ///< in kHeightStep_m; the mesh's heights are multiples of it
   Skirts skirts;
   Shading shading;
@@ -63,9 +64,9 @@ struct EncodeInput {
 ///   lon = -180 + (x + u / side) * 180 / 2^z,  lat = -90 + (y + v / side) * 180 / 2^z,  height = h * height_step
 std::string encode_drc(const EncodeInput& input, const PublishedMesh& published);
 
-/// glTF 2.0 binary, KHR_draco_mesh_compression; ECEF positions rounded to multiples of ecef_step_m, relative to a translation
-/// that is itself a multiple of it, the glTF y-up rotation excepted; what the shading asks for; skirts, where data reaches a side
-/// of the tile, as a primitive of their own. Vertices where two rims touch are split, so every primitive is a manifold.
+/// glTF 2.0 binary, KHR_draco_mesh_compression; ECEF positions rounded to ecef_steps, relative to a translation
+/// that is itself a multiple of them, the glTF y-up rotation excepted; what the shading asks for; skirts, where data reaches a
+/// side of the tile, as a primitive of their own. Vertices where two rims touch are split, so every primitive is a manifold.
 std::string encode_glb(const EncodeInput& input, const PublishedMesh& published);
 // Both give an empty string when the tile has no published triangle. The second throws std::invalid_argument when the tile spans
 // more than 2^23 steps.

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "gpu/measure/surface_error_plane.h"
+#include "gpu/measure/ecef_steps.h"
 #include "pipeline/encode/draco_mesh.h"
 
 namespace cordillera::pipeline {
@@ -97,10 +97,67 @@ void agree_along_sides(const EncodeInput& input, const PublishedMesh& mesh, cons
   }
 }
 
+/// Of points.
+struct Box {
+  Vec3 low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
+
+  void add(const Vec3& p) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  bool empty() const { return low.x > high.x; }
+  Vec3 middle() const { return low + 0.5 * (high - low); }
+  /// The greatest distance of a point from there, along an axis.
+  double reach_m(const Vec3& from) const {
+    const Vec3 below = from - low, above = high - from;
+    return std::max({below.x, below.y, below.z, above.x, above.y, above.z});
+  }
+};
+
+/// That hold any coordinate, from a translation that is so far away at the most.
+int bits_of(double reach_m, double step_m) {
+  int bits = 2;
+  while (bits <= kMaxGridBits && reach_m / step_m > std::ldexp(1, bits - 1) - 1) ++bits;
+  return bits;
+}
+
+/// Rounds a tile's points, and finds the translation from which Draco can tell them.
+class Rounding {
+ public:
+  explicit Rounding(const gpu::EcefSteps& steps) : steps_(steps) {}
+
+  Vec3 rounded(const Vec3& p, double height_m) {
+    const Vec3 at = steps_.rounded(p, height_m);
+    (steps_.between(height_m, height_m) == steps_.near_m ? near_ : far_).add(at);
+    return at;
+  }
+
+  /// The middle of all points, if the bits reach that far. Else that of the near ones: Draco's whole numbers go on beyond its
+  /// bits, and there a float32 holds the multiples of the far step.
+  void centre(LitMesh& mesh) const {
+    Box all = near_.empty() ? far_ : near_;
+    for (const Vec3& corner : {far_.low, far_.high})
+      if (!far_.empty()) all.add(corner);
+    mesh.step_m = near_.empty() ? steps_.far_m : steps_.near_m;
+    mesh.translation = gpu::round_to(all.middle(), mesh.step_m);
+    mesh.bits = bits_of(all.reach_m(mesh.translation), mesh.step_m);
+    if (mesh.bits > kMaxGridBits && !near_.empty() && !far_.empty()) {
+      mesh.translation = gpu::round_to(near_.middle(), steps_.far_m);
+      mesh.bits = std::max({kMaxGridBits, bits_of(near_.reach_m(mesh.translation), steps_.near_m),
+                            bits_of(far_.reach_m(mesh.translation), steps_.far_m)});
+    }
+    if (mesh.bits > kMaxGridBits) throw std::invalid_argument("ecef_steps are too fine for a tile of this size");
+  }
+
+ private:
+  const gpu::EcefSteps steps_;
+  Box near_, far_;
+};
+
 // A strip hung from every boundary edge on a side of the tile, facing outward. Rims have no neighbour whose other level could
 // leave a crack.
 LitMesh::Surface skirts(const EncodeInput& input, const PublishedMesh& mesh, const Ground& ground,
-                        const LitMesh::Surface& terrain) {
+                        const LitMesh::Surface& terrain, Rounding& rounding) {
   LitMesh::Surface out;
   std::vector<std::uint32_t> top(terrain.points.size(), kNone);
   const auto hang = [&](std::uint32_t v) {
@@ -109,7 +166,7 @@ LitMesh::Surface skirts(const EncodeInput& input, const PublishedMesh& mesh, con
     out.points.push_back(terrain.points[v]);
     const double height_m = input.mesh->height[mesh.source[v]] * proto::kHeightStep_m;
     const double depth_m = std::min(input.skirts.depth_m, height_m - input.skirts.floor_m);
-    out.points.push_back(gpu::round_to(ground.point(mesh.source[v], -depth_m), input.ecef_step_m));
+    out.points.push_back(rounding.rounded(ground.point(mesh.source[v], -depth_m), height_m - depth_m));
     if (!terrain.normals.empty()) out.normals.insert(out.normals.end(), 2, terrain.normals[v]);
     if (!terrain.east.empty()) out.east.insert(out.east.end(), 2, terrain.east[v]);
     if (!terrain.places.empty()) out.places.insert(out.places.end(), 2, terrain.places[v]);
@@ -152,50 +209,26 @@ proto::TileMesh without_lines_at_pole(const EncodeInput& input) {
   return mesh;
 }
 
-struct Range {
-  double low = 0, high = 0;
-};
-
-void centre(LitMesh& mesh) {
-  const auto axis_range = [&](double Vec3::*axis) {
-    Range r{mesh.terrain.points[0].*axis, mesh.terrain.points[0].*axis};
-    for (const LitMesh::Surface* s : {&mesh.terrain, &mesh.skirts}) {
-      for (const Vec3& p : s->points) r = {std::min(r.low, p.*axis), std::max(r.high, p.*axis)};
-    }
-    return r;
-  };
-  const std::array<Range, 3> box = {axis_range(&Vec3::x), axis_range(&Vec3::y), axis_range(&Vec3::z)};
-  const auto middle = [](Range r) { return r.low + (r.high - r.low) / 2; };
-  mesh.translation = gpu::round_to({middle(box[0]), middle(box[1]), middle(box[2])}, mesh.step_m);
-  double steps = 1;
-  const std::array<double, 3> origin = {mesh.translation.x, mesh.translation.y, mesh.translation.z};
-  for (std::size_t k = 0; k < 3; ++k) {
-    steps = std::max({steps, (origin[k] - box[k].low) / mesh.step_m, (box[k].high - origin[k]) / mesh.step_m});
-  }
-  mesh.bits = 2;
-  while (mesh.bits <= kMaxGridBits && steps > std::ldexp(1, mesh.bits - 1) - 1) ++mesh.bits;
-  if (mesh.bits > kMaxGridBits) throw std::invalid_argument("ecef_step_m is too fine for a tile of this size");
-}
-
 }  // namespace
 
 LitMesh lit_mesh(const EncodeInput& input, const PublishedMesh& published) {
   LitMesh out;
-  out.step_m = input.ecef_step_m;
   const PublishedMesh at_pole = touches_pole(input) ? published_mesh(without_lines_at_pole(input)) : PublishedMesh();
   const PublishedMesh& mesh = at_pole.empty() ? published : at_pole;  // of nothing but lines, too: a tile has a point at least
   if (mesh.empty()) return out;
   const Ground ground(input);
-  for (const std::uint32_t v : mesh.source) out.terrain.points.push_back(gpu::round_to(ground.point(v, 0), out.step_m));
+  Rounding rounding(input.ecef_steps);
+  for (const std::uint32_t v : mesh.source)
+    out.terrain.points.push_back(rounding.rounded(ground.point(v, 0), input.mesh->height[v] * proto::kHeightStep_m));
   if (input.shading.normals == Normals::texture)
     stand_upright(mesh, ground, out.terrain);
   else if (input.shading.normals == Normals::vertex)
     lean_on_triangles(input, mesh, ground, out.terrain);
   if (input.shading.has_places())
     for (const std::uint32_t v : mesh.source) out.terrain.places.push_back(ground.place(v));
-  if (input.skirts.depth_m > 0) out.skirts = skirts(input, mesh, ground, out.terrain);
+  if (input.skirts.depth_m > 0) out.skirts = skirts(input, mesh, ground, out.terrain, rounding);
   out.terrain.triangles = mesh.triangles;
-  centre(out);
+  rounding.centre(out);
   return out;
 }
 

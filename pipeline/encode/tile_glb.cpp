@@ -27,7 +27,7 @@ const proto::LevelPlan* level_of(const proto::Plan& plan, std::uint32_t z) {
 
 void take_from_plan(EncodeInput& input, const PublishedMesh& published, const proto::LevelPlan& level,
                     const proto::BuildOptions& options) {
-  input.ecef_step_m = level.ecef_step();
+  input.ecef_steps = ecef_steps(level);
   input.height_step = height_step(level);
   input.skirts = skirts_of(input, published, level, static_cast<int>(options.min_level()));
   input.title = options.title();

@@ -236,7 +236,7 @@ MetPixels meet_pixels(const LevelContext& context, BuiltTile& built, TilePixels&
   const gpu::SurfaceErrorInput input = surface_input(context, built);
   const std::int32_t step = height_step(*context.level);
   const gpu::SampleMeter samples(input, step);
-  const gpu::Upright upright({context.lattice, built.tile, built.mesh.side, context.level->ecef_step()});
+  const gpu::Upright upright({context.lattice, built.tile, built.mesh.side, ecef_steps(*context.level)});
   const gpu::UprightMeter in_space(samples, upright);
   const PixelMeter at_pixels(in_space, pixels, built.tile, *context.lattice, *context.samples);
   const gpu::SteppedMeter with_pixels(at_pixels, step), samples_alone(in_space, step);

@@ -5,9 +5,9 @@
 
 #include "gpu/exact/simplify_block.h"
 #include "pipeline/plan/block_grid.h"
+#include "pipeline/plan/ecef_step.h"
 #include "pipeline/plan/plan_options.h"
 #include "pipeline/plan/relief.h"
-#include "pipeline/plan/sample_places.h"
 #include "proto/ellipsoid.h"
 #include "proto/integers.h"
 #include "raster/sample/back_projection.h"
@@ -21,10 +21,6 @@ constexpr double kDefaultErrorCells = 1.0 / 4, kDefaultErrorRelief = 1.0 / 50;
 constexpr double kLeastDefaultCells = 1.0 / 64, kLeastDefault_m = 100;
 constexpr double kChainShare = 0.8;  // of the target: border chains, as dense as the inside, leave triangles beside them the rest
 constexpr double kPolarChainShare = 0.5;  // beside a pole, where triangles are held to be upright too
-constexpr double kStepsPerTile = 262144;  // .glb quantisation: 18 bits a tile side, so that walls and spikes stay where they are
-constexpr double kStepShare = 1.0 / 64;   // of the target: quantisation must not spend the promise
-constexpr double kExactStepShare = 1.0 / 512;  // an exact block has only what this leaves of its target
-constexpr double kMostSteps = 1 << 21;         // float32 positions stay exact
 // Of the target. Heights are most of a .drc: at 2 m a step of 1/4 m instead of a millimetre leaves less than half of its bytes,
 // and adds 1/8 m at the most.
 constexpr double kHeightStepShare = 1.0 / 8;
@@ -35,9 +31,6 @@ constexpr int kExactLevels = 2;                // of an exact block, at least: w
 constexpr const char* kWithoutExact = "strategy=waves";
 constexpr double kExactLatitude_deg = 85;  // towards a pole a row of the lattice is no line any more
 constexpr double kPixelShare = 1.0 / 10;   // of the finest target: see pixels_within_m
-constexpr double kRelief_m = 8192;         // within a tile, and its skirts, quantisation must have room for
-
-double power_of_two_below(double value) { return std::exp2(std::floor(std::log2(value))); }
 
 using proto::floor_divide;
 
@@ -142,17 +135,6 @@ void plan_exact_blocks(proto::Plan& plan) {
   if (!merged_at_once(plan)) plan.set_block_level(static_cast<std::uint32_t>(exact_block_level(plan, kBlockSamples)));
 }
 
-std::int64_t extent_of(const proto::Plan& plan) {
-  return std::max(plan.window(2) - plan.window(0), plan.window(3) - plan.window(1)) + 1;
-}
-
-/// How far a tile of the level reaches over data.
-double reach_m(const proto::Plan& plan, int level) {
-  const proto::Lattice lattice = lattice_of(plan);
-  return static_cast<double>(std::min(extent_of(plan), lattice.tile_units(level))) *
-         proto::cell_height_m(lattice, lattice.rows() / 2);
-}
-
 }  // namespace
 
 proto::Lattice lattice_of(const proto::Plan& plan) { return {static_cast<int>(plan.finest_level())}; }
@@ -171,21 +153,13 @@ std::int32_t height_step(const proto::LevelPlan& level) {
   return std::max(static_cast<std::int32_t>(std::lround(level.height_step() / proto::kHeightStep_m)), 1);
 }
 
-double greatest_target_m(const proto::Plan& plan, int level) { return reach_m(plan, level) + kRelief_m; }
-
 void derive_level(const proto::Plan& plan, proto::LevelPlan& level) {
   const proto::Lattice lattice = lattice_of(plan);
   const int z = static_cast<int>(level.level());
-  // A target beyond anything that can happen must not spoil the quantisation.
-  const double target_m = std::min(level.target(), greatest_target_m(plan, z));
-  // Around a pole columns are closer than any step: there, as fine as float32 allows.
-  const std::int64_t polar = lattice.rows() / 128;
-  const bool at_pole = plan.window(1) < polar || plan.window(3) > lattice.rows() - polar;
-  const double step =
-      at_pole ? 0 : std::min(reach_m(plan, z) / kStepsPerTile, target_m * (plan.exact() ? kExactStepShare : kStepShare));
-  const double room_m = greatest_target_m(plan, z) + 2 * target_m;
-  level.set_ecef_step(power_of_two_below(std::max(step, room_m / kMostSteps)));
-  // There, too, two heights a step apart would stand a hand's breadth beside each other, and tilt what is measured along the
+  const double target_m = possible_target_m(plan, level);
+  const bool at_pole = reaches_pole(plan);
+  set_ecef_steps(plan, level);
+  // Around a pole two heights a step apart would stand a hand's breadth beside each other, and tilt what is measured along the
   // normal.
   const double height_step = at_pole ? 0 : std::min(target_m * kHeightStepShare, kGreatestHeightStep_m);
   level.set_height_step(power_of_two_below(std::max(height_step, proto::kHeightStep_m)));
@@ -202,12 +176,13 @@ void derive_level(const proto::Plan& plan, proto::LevelPlan& level) {
 namespace {
 
 /// level: whose cells it is measured by; of pixels that are not square the one before the finest, which has no more to show.
-double default_error_m(const proto::Plan& plan, int level, const std::vector<proto::Samples>& places) {
+double default_error_m(const proto::Plan& plan, int level) {
   const int coarser = static_cast<int>(plan.finest_level()) - level;
   const double cell_m = std::ldexp(proto::cell_height_m(lattice_of(plan), (plan.window(1) + plan.window(3)) / 2), coarser);
   const double sag_m = 2 * cell_m * cell_m / (8 * proto::kSemiMajor_m);  // of a cell's diagonal at the equator
   const double least_m = std::max(std::min(kLeastDefaultCells * cell_m, kLeastDefault_m), sag_m / (1 - kPixelShare));
-  const double error_m = std::min(kDefaultErrorCells * cell_m, std::max(kDefaultErrorRelief * relief_m(places), least_m));
+  const double relief_m = plan.seen_heights_size() == 2 ? plan.seen_heights(1) - plan.seen_heights(0) : 0;
+  const double error_m = std::min(kDefaultErrorCells * cell_m, std::max(kDefaultErrorRelief * relief_m, least_m));
   return std::max(error_m, kLeastError_m);
 }
 
@@ -257,10 +232,9 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
   if (options.strategy() == gpu::kExact && !exact.ok()) return exact.problem();
   plan.set_exact(exact.ok() && (options.strategy() == gpu::kExact || is_automatic(options)));
   plan.set_block_level(static_cast<std::uint32_t>(block_level(plan)));  // places to look at are found by it
-  std::vector<proto::Samples> places;
-  if (!options.has_error()) places = sample_places(plan, source);
+  if (!options.has_error() || needs_heights(plan, options.error())) see_heights(source, plan);
   const int level_of_error = options.has_max_level() ? range->first : level_of_pixels(source.description());
-  const double error = options.has_error() ? options.error() : default_error_m(plan, level_of_error, places);
+  const double error = options.has_error() ? options.error() : default_error_m(plan, level_of_error);
   if (plan.exact()) plan_exact_blocks(plan);
   // How and where it is built changes no byte, so it is no part of the plan.
   plan.mutable_options()->clear_device();

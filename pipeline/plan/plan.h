@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "cordillera.pb.h"
+#include "gpu/measure/ecef_steps.h"
 #include "proto/lattice.h"
 #include "proto/result.h"
 #include "raster/source.h"
@@ -50,6 +51,8 @@ std::string named_strategy(const proto::BuildOptions& options);
 /// Of gpu::kStrategies: what builds.
 std::string strategy_of(const proto::Plan& plan);
 const proto::LevelPlan& level_plan(const proto::Plan& plan, int level);
+/// What points of the level's .glb tiles are rounded to.
+gpu::EcefSteps ecef_steps(const proto::LevelPlan& level);
 /// What heights of the level's meshes are multiples of, in kHeightStep_m; 1 where the level does not say.
 std::int32_t height_step(const proto::LevelPlan& level);
 

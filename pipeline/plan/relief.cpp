@@ -7,16 +7,18 @@
 
 namespace cordillera::pipeline {
 
-double relief_m(const std::vector<proto::Samples>& places) {
+void see_heights(raster::Source& source, proto::Plan& plan) {
   std::int32_t low = std::numeric_limits<std::int32_t>::max(), high = std::numeric_limits<std::int32_t>::min();
-  for (const proto::Samples& place : places) {
+  for (const proto::Samples& place : sample_places(plan, source)) {
     for (const std::int32_t h : place.height) {
       if (h == proto::kNoHeight) continue;
       low = std::min(low, h);
       high = std::max(high, h);
     }
   }
-  return low > high ? 0 : (static_cast<double>(high) - low) * proto::kHeightStep_m;
+  if (low > high) return;
+  plan.add_seen_heights(low * proto::kHeightStep_m);
+  plan.add_seen_heights(high * proto::kHeightStep_m);
 }
 
 }  // namespace cordillera::pipeline

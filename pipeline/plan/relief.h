@@ -1,10 +1,10 @@
 #pragma once
-// How high the terrain rises within a dataset, from a few places: enough to choose a default by.
+// How high the terrain of a dataset is, from a few places: enough to choose defaults by.
 #include "pipeline/plan/plan.h"
 
 namespace cordillera::pipeline {
 
-/// Greatest less least height of the samples of places, see sample_places.h, in metres; 0 where they hold no data.
-double relief_m(const std::vector<proto::Samples>& places);
+/// Sets seen_heights, from the samples of places; see sample_places.h. They stay empty where those hold no data.
+void see_heights(raster::Source& source, proto::Plan& plan);
 
 }  // namespace cordillera::pipeline

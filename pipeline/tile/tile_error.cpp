@@ -19,7 +19,7 @@ namespace cordillera::pipeline {
 namespace {
 
 gpu::Upright upright_of(const LevelContext& context, const BuiltTile& built) {
-  return gpu::Upright({context.lattice, built.tile, built.mesh.side, context.level->ecef_step()});
+  return gpu::Upright({context.lattice, built.tile, built.mesh.side, ecef_steps(*context.level)});
 }
 
 /// In a tile at a pole, collapses make fans of needles that plan has the right way up and space has not. A vertex more in each
@@ -44,7 +44,7 @@ gpu::SurfaceErrorInput surface_input(const LevelContext& context, const BuiltTil
   input.tile = built.tile;
   input.mesh = &built.mesh;
   input.samples = context.samples;
-  input.ecef_step_m = context.level->ecef_step();
+  input.ecef_steps = ecef_steps(*context.level);
   input.frames = context.frames;
   return input;
 }
@@ -74,11 +74,11 @@ std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built
 }
 
 std::vector<std::uint32_t> compose(const LevelContext& context, const PreparedTile& prepared, BuiltTile& built, double limit_m) {
-  const double step_m = context.level->ecef_step();
+  const gpu::EcefSteps steps = ecef_steps(*context.level);
   const Surface& surface = *prepared.truth;
-  const ComposedMeter truth(*context.lattice, built.tile, surface.mesh, surface.max_error_m, surface.loose, step_m);
+  const ComposedMeter truth(*context.lattice, built.tile, surface.mesh, surface.max_error_m, surface.loose, steps);
   const ComposedMeter children(*context.lattice, built.tile, prepared.input, prepared.inherited_error_m, prepared.inherited_loose,
-                               step_m);
+                               steps);
   const NearerMeter nearer(truth, children);
   const gpu::Upright upright = upright_of(context, built);
   const gpu::UprightMeter in_space(nearer, upright);

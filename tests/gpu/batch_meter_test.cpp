@@ -17,7 +17,7 @@ using proto::TileAddress;
 using proto::TileMesh;
 
 constexpr proto::Lattice kLattice{14};
-constexpr double kStep_m = 1.0 / 256;
+const EcefSteps kSteps{1.0 / 4096, 1.0 / 256, 4, 150};  // some vertices are near, others far
 
 /// Tiles over one raster, simplified, some vertices moved up or down.
 struct Scene {
@@ -27,7 +27,7 @@ struct Scene {
 
   std::vector<SurfaceErrorInput> tiles() const {
     std::vector<SurfaceErrorInput> tiles;
-    for (std::size_t t = 0; t < meshes.size(); ++t) tiles.push_back({&kLattice, addresses[t], &meshes[t], &samples, kStep_m});
+    for (std::size_t t = 0; t < meshes.size(); ++t) tiles.push_back({&kLattice, addresses[t], &meshes[t], &samples, kSteps});
     return tiles;
   }
 };

@@ -47,7 +47,7 @@ inline SurfaceErrorInput input_of(const TileMesh& mesh, const proto::Samples& sa
   in.tile = kTile;
   in.mesh = &mesh;
   in.samples = &samples;
-  in.ecef_step_m = 1.0 / 256;
+  in.ecef_steps = 1.0 / 256;
   return in;
 }
 

@@ -293,7 +293,7 @@ TEST(refine, sheds_a_needle_along_a_rim) {
   const std::uint32_t needle = 7;
   const TileMesh crude = mesh;
   SurfaceErrorInput in = input_of(crude, samples);
-  in.ecef_step_m = 1;
+  in.ecef_steps = 1;
   refine(mesh, SampleMeter(in), 50, std::vector<std::uint32_t>{needle}, SIZE_MAX);
   expect_lawful(mesh);
   for (const auto& t : mesh.triangles) {

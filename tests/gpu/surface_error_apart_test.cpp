@@ -47,7 +47,7 @@ void expect_bounded(double step_m, std::int32_t reach, std::int32_t relief, doub
   const TileMesh grid = coarse(samples, 4);
   SurfaceErrorInput in = input_of(grid, samples);
   const SampleFrames frames(kLattice, samples);
-  in.ecef_step_m = step_m;
+  in.ecef_steps = step_m;
   in.frames = &frames;
   const SurfaceMeter meter(in, {-16000, 16000});
   std::mt19937 random(5);

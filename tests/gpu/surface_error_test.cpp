@@ -45,7 +45,7 @@ struct Scene {
   TileAddress tile;
   TileMesh mesh;
   Samples samples;
-  double step_m = 0;
+  EcefSteps steps;
 
   std::int64_t west() const { return lattice.west(tile); }
   std::int64_t south() const { return lattice.south(tile); }
@@ -64,7 +64,7 @@ struct Scene {
     in.tile = tile;
     in.mesh = &mesh;
     in.samples = &samples;
-    in.ecef_step_m = step_m;
+    in.ecef_steps = steps;
     return in;
   }
   SurfaceError measure(double limit_m = 1e9) const { return surface_error(input(), limit_m); }
@@ -73,11 +73,11 @@ struct Scene {
 using Terrain = std::function<std::int32_t(std::int64_t i, std::int64_t j)>;
 
 /// A grid mesh of `cells` cells a side whose inner vertices are moved about, heights true, and diagonals turned at random.
-Scene scene(int finest, TileAddress tile, std::int32_t cells, double step_m, const Terrain& anywhere) {
+Scene scene(int finest, TileAddress tile, std::int32_t cells, const EcefSteps& steps, const Terrain& anywhere) {
   Scene s;
   s.lattice.finest_level = finest;
   s.tile = tile;
-  s.step_m = step_m;
+  s.steps = steps;
   const auto side = static_cast<std::int32_t>(s.lattice.tile_units(tile.z));
   const auto terrain = [&](std::int64_t i, std::int64_t j) {  // a pole is one point
     return anywhere(j == 0 || j == s.lattice.rows() ? 0 : i, j);
@@ -148,8 +148,9 @@ Brute brute(const Scene& s) {
       one.x[k] = s.mesh.x[t[k]];
       one.y[k] = s.mesh.y[t[k]];
       one.exact[k] = position(s.lattice, s.west() + one.x[k], s.south() + one.y[k], s.mesh.height[t[k]] / 1024.0L);
-      for (unsigned c = 0; c < 3; ++c)
-        one.rounded[k][c] = std::nearbyint(static_cast<double>(one.exact[k][c]) / s.step_m) * s.step_m;
+      const double height_m = s.mesh.height[t[k]] / 1024.0;
+      const double step_m = height_m < s.steps.low_m || height_m > s.steps.high_m ? s.steps.far_m : s.steps.near_m;
+      for (unsigned c = 0; c < 3; ++c) one.rounded[k][c] = std::nearbyint(static_cast<double>(one.exact[k][c]) / step_m) * step_m;
     }
     const Point n = cross_product(minus(one.exact[1], one.exact[0]), minus(one.exact[2], one.exact[0]));
     one.area = product(n, n) > 0;
@@ -286,6 +287,10 @@ Samples shifted(const Samples& s, std::int64_t west) {
 
 TEST(surface_error, fine_tile_at_the_equator) { agree(scene(14, {14, 20000, 8192}, 16, 1.0 / 256, hills), 1.02); }
 TEST(surface_error, fine_tile_at_60_north) { agree(scene(14, {14, 20000, 13653}, 32, 1.0 / 256, hills), 1.02); }
+// Points lower or higher than usual are rounded to coarser steps: a triangle may have corners of both kinds.
+TEST(surface_error, fine_tile_with_two_steps) {
+  agree(scene(14, {14, 20000, 8192}, 16, EcefSteps{1.0 / 256, 1.0 / 16, 100, 500}, hills), 1.05);
+}
 TEST(surface_error, fine_grid_is_exact) {
   const Scene s = scene(14, {14, 20000, 13653}, 256, 1.0 / 256, hills);
   const SurfaceError e = s.measure();

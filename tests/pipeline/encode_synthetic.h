@@ -65,7 +65,7 @@ inline EncodeInput encode_input(const proto::Lattice& lattice, const proto::Tile
   input.lattice = &lattice;
   input.tile = tile;
   input.mesh = &mesh;
-  input.ecef_step_m = smallest_ecef_step_m(tile.z);
+  input.ecef_steps = smallest_ecef_step_m(tile.z);
   input.skirts.depth_m = 40;
   input.geometric_error_m = 1.5;
   input.attribution = "Made \"by\" hand";

@@ -75,7 +75,7 @@ class Composed : public testing::Test {
     input.tile = tile.tile;
     input.mesh = &tile.mesh;
     input.samples = &samples_;
-    input.ecef_step_m = levels_[tile.tile.z].ecef_step();
+    input.ecef_steps = levels_[tile.tile.z].ecef_step();
     EXPECT_LE(gpu::surface_error(input, INFINITY).max_m, tile.max_error_m);
   }
 

@@ -94,7 +94,7 @@ void expect_stated(int z, proto::TileAddress tile, std::int32_t cells, double ro
   in.tile = tile;
   in.mesh = &mesh;
   in.samples = &samples;
-  in.ecef_step_m = step_m;
+  in.ecef_steps = step_m;
   const gpu::SurfaceError stated = gpu::surface_error(in, 1e9);
   const auto truth = [&](std::int64_t i, std::int64_t j) { return std::optional<double>(samples.at(i, j) / 1024.0); };
   const DecodedSurface drc = surface_of(decoded);
@@ -143,7 +143,7 @@ TEST(evaluator, chords_show_samples_beyond_the_edge) {
   in.tile = tile;
   in.mesh = &mesh;
   in.samples = &samples;
-  in.ecef_step_m = 0.25;
+  in.ecef_steps = 0.25;
   const gpu::SurfaceError stated = gpu::surface_error(in, 1e9);
   const Measured m = measure(surface_of(decoded), lattice, tile, [&](auto i, auto j) { return samples.at(i, j) / 1024.0; });
   EXPECT_GE(stated.max_m, m.max_m - 1e-3);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "pipeline/plan/plan.h"
 #include "tests/whole/laws.h"
 
 namespace cordillera::whole {
@@ -182,7 +183,7 @@ std::size_t lines_at_pole(const Built& built, const DecodedTile& tile) {
 Findings judge_neighbours(const Built& built) {
   Findings found;
   for (const auto& [z, level] : built.levels) {
-    const double step_m = built.plan.levels(built.lattice.finest_level - z).ecef_step();
+    const double step_m = pipeline::ecef_steps(pipeline::level_plan(built.plan, z)).far_m;
     for (const auto& [at, tile] : level) {
       for (const proto::TileAddress& beside : neighbours(at)) {
         const auto other = level.find(beside);

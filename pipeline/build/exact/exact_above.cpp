@@ -8,6 +8,7 @@
 
 #include "gpu/exact/side_chain.h"
 #include "gpu/exact/steps/triangle.h"
+#include "gpu/measure/surface_meter.h"
 #include "gpu/measure/upright_flips.h"
 #include "gpu/refine/height_step.h"
 #include "pipeline/bound/overlay.h"
@@ -265,7 +266,7 @@ constexpr std::size_t kPiece = 512;  ///< steep triangles
 constexpr std::size_t kBands = 16;   ///< of a tile that is so many rows high; sums depend on it
 
 GroundMeter meter_of(const LevelContext& context, const KnownGround& ground, const BuiltTile& tile) {
-  return {{context.lattice, tile.tile, tile.mesh.side, context.level->ecef_step(), height_step(*context.level)}, ground};
+  return {{context.lattice, tile.tile, tile.mesh.side, ecef_steps(*context.level), height_step(*context.level)}, ground};
 }
 
 /// Triangles of a mesh and how far off they are, as long as they stay what they are.
@@ -307,10 +308,12 @@ void ErrorStatement::measure(std::size_t piece) {
 }
 
 void ErrorStatement::put_back() {
-  const double step_m = context_.level->ecef_step(), limit_m = limit_of(context_);
-  const gpu::Upright upright({context_.lattice, tile_.tile, tile_.mesh.side, step_m});
+  const gpu::EcefSteps steps = ecef_steps(*context_.level);
+  const double limit_m = limit_of(context_);
+  const gpu::Upright upright({context_.lattice, tile_.tile, tile_.mesh.side, steps});
   tile_.composed = true;
-  tile_.max_error_m += step_m * (1 + kMildSlope);
+  const auto [low_m, high_m] = gpu::height_range_m(tile_.mesh);
+  tile_.max_error_m += steps.between(low_m, high_m) * (1 + kMildSlope);
   double steep_m = 0;
   std::vector<std::uint32_t> over;
   for (std::size_t k = 0; k < steep_.size(); ++k) {

@@ -259,7 +259,7 @@ double measure_exact(const LevelContext& context, BuiltTile& tile, gpu::SurfaceM
   const double target_m = context.level->target();
   tile.measured = gpu::surface_error(surface_input(context, tile), limit_of(context), memory);
   tile.max_error_m = tile.measured.max_m + gpu::kGrace_m;
-  const gpu::Upright upright({context.lattice, tile.tile, tile.mesh.side, context.level->ecef_step()});
+  const gpu::Upright upright({context.lattice, tile.tile, tile.mesh.side, ecef_steps(*context.level)});
   if (context.promise && (!tile.measured.over_limit.empty() || !gpu::turned_triangles(upright, tile.mesh).empty())) {
     // Steep walls meet rounded points, and needles the earth's curve: vertices go in there, away from the tile's sides.
     LevelContext put_back = context;

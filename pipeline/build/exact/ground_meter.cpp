@@ -100,7 +100,7 @@ gpu::TriangleError GroundMeter::measure(const std::array<gpu::MeshPoint, 3>& cor
   const Known known = around(corners);
   const proto::TileMesh mesh = mesh_of(at_.side, corners);
   gpu::TriangleError error =
-      gpu::SampleMeter({at_.lattice, at_.tile, &mesh, &known.samples, at_.ecef_step_m, &known.frames}, at_.height_step)
+      gpu::SampleMeter({at_.lattice, at_.tile, &mesh, &known.samples, at_.ecef_steps, &known.frames}, at_.height_step)
           .measure(corners, limit_m - known.error_m);
   error.error_m += known.error_m;
   return error;

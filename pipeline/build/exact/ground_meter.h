@@ -26,7 +26,7 @@ class GroundMeter final : public gpu::ErrorMeter {
     const proto::Lattice* lattice = nullptr;
     proto::TileAddress tile;
     std::int32_t side = 0;  ///< of the tile, units
-    double ecef_step_m = 0;
+    gpu::EcefSteps ecef_steps;
     std::int32_t height_step = 1;  ///< of its level
   };
   GroundMeter(const At& at, const KnownGround& known);
