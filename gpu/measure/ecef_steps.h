@@ -1,7 +1,8 @@
 #pragma once
-// What points of .glb tiles are rounded to. Draco keeps 23 bits of a coordinate, so steps that leave room for any height are
-// several millimetres, and a wall of 80 m between two samples 60 cm apart would lean by half a metre. Near the dataset's usual
-// heights steps are finer. Only the level and a point's own height decide, so tiles that share a point round it in one way.
+// What points of .glb tiles are rounded to. Draco keeps 23 bits of a coordinate, so a step that leaves room for any height is
+// several millimetres, and a wall of 80 m between two samples 60 cm apart would lean by half a metre. So a dataset's middle
+// height has the finest step, and it doubles with the distance from there. Only the level and a point's own height decide, so
+// tiles that share a point round it in one way.
 #include <cmath>
 
 #include "proto/ellipsoid.h"
@@ -18,21 +19,25 @@ CORDILLERA_HD inline proto::Vec3 round_to(proto::Vec3 p, double step) {
   return {round_to(p.x, step), round_to(p.y, step), round_to(p.z, step)};
 }
 
-/// Of a level, metres. Steps are powers of two, and far_m is no less than near_m.
+/// Of a level, metres. Steps are powers of two.
 struct EcefSteps {
-  double near_m = 0;                            ///< of points whose heights are low_m to high_m
-  double far_m = 0;                             ///< of all others
-  double low_m = -INFINITY, high_m = INFINITY;  ///< above the ellipsoid
+  double finest_m = 0;    ///< of points no farther than near_m from the middle height; twice that to 2 near_m, and so on
+  double coarsest_m = 0;  ///< and of all others
+  double middle_m = 0;    ///< a height above the ellipsoid
+  double near_m = INFINITY;
 
   EcefSteps() = default;
   /// One step at all heights.
-  EcefSteps(double step_m) : near_m(step_m), far_m(step_m) {}  // NOLINT(google-explicit-constructor): a step is such steps
-  EcefSteps(double near_step_m, double far_step_m, double low, double high)
-      : near_m(near_step_m), far_m(far_step_m), low_m(low), high_m(high) {}
+  EcefSteps(double step_m) : finest_m(step_m), coarsest_m(step_m) {}  // NOLINT(google-explicit-constructor): they are such steps
+  EcefSteps(double finest, double coarsest, double middle, double near)
+      : finest_m(finest), coarsest_m(coarsest), middle_m(middle), near_m(near) {}
 
   /// The greatest step of points between two heights.
-  CORDILLERA_HD double between(double lowest_m, double highest_m) const {
-    return lowest_m >= low_m && highest_m <= high_m ? near_m : far_m;
+  CORDILLERA_HD double between(double low_m, double high_m) const {
+    const double above = high_m - middle_m, below = middle_m - low_m, apart = above > below ? above : below;
+    double step = finest_m;
+    for (double reach = near_m; apart > reach && step < coarsest_m; reach *= 2) step *= 2;
+    return step;
   }
   CORDILLERA_HD proto::Vec3 rounded(const proto::Vec3& p, double height_m) const {
     return round_to(p, between(height_m, height_m));

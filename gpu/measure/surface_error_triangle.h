@@ -113,7 +113,7 @@ CORDILLERA_HD inline std::int32_t small_units(const TileFacts& tile, const proto
   TriangleExtent e;
   e.low_m = low_m;
   e.high_m = high_m;
-  e.step_m = tile.ecef_steps.far_m;
+  e.step_m = tile.ecef_steps.coarsest_m;
   detail::set_rows(e, tile, south, north);
   const double r0 = e.least_radius_m, r1 = e.most_radius_m;
   for (std::int32_t size = 1024; size > 0; size /= 2) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "pipeline/plan/plan.h"
+#include "pipeline/plan/plan_options.h"
 #include "raster/pixels/decimation.h"
 #include "raster/sample/back_projection.h"
 
@@ -108,8 +109,8 @@ proto::Result<std::int64_t> samples_of_block_level(const BuildRequest& request, 
     planned.options.clear_keep();
     planned.options.set_strategy("waves");
   }
-  // Nor on an error, and choosing one reads the raster here and there.
-  if (!planned.options.has_error()) planned.options.set_error(1);
+  // Nor on an error; to choose one, or steps for a small one, the raster would be read here and there.
+  planned.options.set_error(kGreatestError_m);
   const auto plan = plan_of(planned, source);
   if (!plan.ok()) return plan.problem();
   return samples_at(source, static_cast<int>(plan->block_level()));

@@ -157,7 +157,7 @@ class StoreCheck {
       report_.findings.add(name_of(at), glb.problem().detail);
       return std::nullopt;
     }
-    return check_tile({at, static_cast<int>(plan_.finest_level()), row.blob(3), *glb, &record, ecef_steps(level).far_m,
+    return check_tile({at, static_cast<int>(plan_.finest_level()), row.blob(3), *glb, &record, ecef_steps(level),
                        height_step(level) * proto::kHeightStep_m},
                       report_.findings);
   }

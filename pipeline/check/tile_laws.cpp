@@ -108,17 +108,18 @@ void check_region(const DecodedGlb& mesh, const proto::TileRecord& record, const
 /// Finds the .glb's vertex at a place.
 class GlbPoints {
  public:
-  GlbPoints(const DecodedGlb& mesh, double step_m) : points_(mesh.points), reach_m_(0.51 * step_m + kSlack_m) {
+  explicit GlbPoints(const DecodedGlb& mesh) : points_(mesh.points) {
     std::sort(points_.begin(), points_.end(), [](const Vec3& a, const Vec3& b) { return a.x < b.x; });
   }
-  std::optional<Vec3> at(const Vec3& place) const {
-    auto p =
-        std::lower_bound(points_.begin(), points_.end(), place.x - reach_m_, [](const Vec3& a, double x) { return a.x < x; });
+  /// step_m: that the point was rounded to
+  std::optional<Vec3> at(const Vec3& place, double step_m) const {
+    const double reach_m = 0.51 * step_m + kSlack_m;
+    auto p = std::lower_bound(points_.begin(), points_.end(), place.x - reach_m, [](const Vec3& a, double x) { return a.x < x; });
     std::optional<Vec3> nearest;
     double best = INFINITY;
-    for (; p != points_.end() && p->x <= place.x + reach_m_; ++p) {
+    for (; p != points_.end() && p->x <= place.x + reach_m; ++p) {
       const Vec3 d = *p - place;
-      if (std::abs(d.y) > reach_m_ || std::abs(d.z) > reach_m_ || dot(d, d) >= best) continue;
+      if (std::abs(d.y) > reach_m || std::abs(d.z) > reach_m || dot(d, d) >= best) continue;
       best = dot(d, d);
       nearest = *p;
     }
@@ -127,7 +128,6 @@ class GlbPoints {
 
  private:
   std::vector<Vec3> points_;
-  double reach_m_;
 };
 
 /// Where the .drc's vertices are in the .glb; empty after a finding.
@@ -135,12 +135,14 @@ std::vector<Vec3> matched(const DecodedDrc& drc, const DecodedGlb& glb, const Ti
                           Findings& findings) {
   const proto::Lattice lattice{bytes.finest_level};
   const std::int64_t west = lattice.west(bytes.tile), south = lattice.south(bytes.tile);
-  const GlbPoints points(glb, bytes.ecef_step_m);
+  const GlbPoints points(glb);
   std::vector<Vec3> out;
   for (std::size_t v = 0; v < drc.points.size(); ++v) {
     const auto& p = drc.points[v];
-    const auto found = points.at(
-        proto::ecef(proto::row_frame(lattice, south + p[1]), proto::column_frame(lattice, west + p[0]), p[2] * drc.height_step));
+    const double height_m = p[2] * drc.height_step;
+    const auto found =
+        points.at(proto::ecef(proto::row_frame(lattice, south + p[1]), proto::column_frame(lattice, west + p[0]), height_m),
+                  bytes.ecef_steps.between(height_m, height_m));
     if (!found) {
       findings.add(where, "vertex " + words(drc.points[v]) + " of its .drc is not in its .glb");
       return {};
@@ -245,7 +247,7 @@ std::optional<CheckedTile> check_tile(const TileBytes& bytes, Findings& findings
     check_region(*glb, *bytes.record, where, findings);
   }
   CheckedTile tile{bytes.tile, std::move(*drc), {}};
-  collect_sides(tile, bytes.ecef_step_m > 0 ? matched(tile.drc, *glb, bytes, where, findings) : std::vector<Vec3>{});
+  collect_sides(tile, bytes.ecef_steps.finest_m > 0 ? matched(tile.drc, *glb, bytes, where, findings) : std::vector<Vec3>{});
   return tile;
 }
 

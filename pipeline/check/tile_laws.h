@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cordillera.pb.h"
+#include "gpu/measure/ecef_steps.h"
 #include "pipeline/check/report.h"
 #include "pipeline/encode/decode.h"
 #include "proto/ellipsoid.h"
@@ -20,7 +21,7 @@ struct TileBytes {
   int finest_level = 0;
   std::string_view drc, glb;
   const proto::TileRecord* record = nullptr;  ///< null: a static folder has none
-  double ecef_step_m = 0;                     ///< the greatest of the .glb; 0: unknown, then the faces are not compared
+  gpu::EcefSteps ecef_steps;                  ///< of the .glb; 0: unknown, then both faces are not compared
   double height_step_m = 0;                   ///< of the .drc; 0: unknown
 };
 

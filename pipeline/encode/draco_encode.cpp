@@ -1,6 +1,8 @@
 #include <draco/compression/encode.h>
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 #include <memory>
 #include <stdexcept>
 
@@ -17,6 +19,8 @@ constexpr int kFrameBits = 12;
 // Draco's entropy coder counts symbols in a table as long as the greatest one. Tiles a dozen levels above the finest would need
 // gigabytes of it; there are a handful of them in a dataset, so their integers go in as they are.
 constexpr std::int32_t kMaxCodedSide = 1 << 20;
+
+void leave_uncoded(draco::Encoder& encoder) { encoder.options().SetGlobalBool("use_built_in_attribute_compression", false); }
 
 template <class Scalar>
 constexpr draco::DataType draco_type() {
@@ -66,7 +70,7 @@ std::string draco_encode(const LatticeMesh& mesh, int speed) {
   if (mesh.web_mercator) metadata->AddEntryString("tile_matrix_set", kWebMercator);
   out.AddMetadata(std::move(metadata));
   draco::Encoder encoder;
-  if (mesh.side > kMaxCodedSide) encoder.options().SetGlobalBool("use_built_in_attribute_compression", false);
+  if (mesh.side > kMaxCodedSide) leave_uncoded(encoder);
   return encode(encoder, out, speed);
 }
 
@@ -83,6 +87,14 @@ void quantise_texcoords(draco::Encoder& encoder) {
   constexpr int kBits = std::bit_width(static_cast<unsigned>(kPlacesAcross));
   constexpr float kPlace = (kMapSide - 1) / kMapSide / kPlacesAcross;
   encoder.SetAttributeExplicitQuantization(draco::GeometryAttribute::TEX_COORD, kBits, 2, kFirst, kPlace * ((1 << kBits) - 1));
+}
+
+/// Beyond what the grid has bits for.
+bool reaches_beyond(const LitSurface& surface, const FloatGrid& grid) {
+  const float most = grid.step * static_cast<float>(1 << (grid.bits - 1));
+  return std::any_of(surface.positions.begin(), surface.positions.end(), [most](const std::array<float, 3>& p) {
+    return std::any_of(p.begin(), p.end(), [most](float c) { return std::abs(c) >= most; });
+  });
 }
 
 }  // namespace
@@ -105,6 +117,7 @@ std::string draco_encode(const LitSurface& surface, const FloatGrid& grid) {
   encoder.SetAttributeQuantization(draco::GeometryAttribute::NORMAL, framed ? kFrameBits : kNormalBits);
   if (framed) quantise_tangents(encoder);
   if (!surface.texcoords.empty()) quantise_texcoords(encoder);
+  if (reaches_beyond(surface, grid)) leave_uncoded(encoder);
   return encode(encoder, out, kDracoSpeed);
 }
 

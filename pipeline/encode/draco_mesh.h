@@ -22,12 +22,14 @@ struct LatticeMesh {
   bool web_mercator = false;  ///< z, x and y name a tile of WebMercatorQuad, y from the north; v counts along its map
 };
 
-/// Positions that are multiples of step; |position / step| < 2^(bits - 1).
+/// Positions that are multiples of step; |position / step| < 2^(bits - 1). Those of a few tiles reach beyond that, up to 2^30:
+/// where they do, they are multiples of greater steps, of which a float32 holds 2^24.
 struct FloatGrid {
   float step = 0;  ///< a power of two
   int bits = 0;    ///< 2 .. kMaxGridBits
 };
-/// Draco adds 0.5 in float32 before it rounds down: with more bits an odd multiple could come back as its neighbour.
+/// Draco adds 0.5 in float32 before it rounds down: beyond these an odd multiple could come back as its neighbour, an even one
+/// does not.
 inline constexpr int kMaxGridBits = 23;
 
 /// What a primitive of a .glb tile holds.

@@ -68,8 +68,8 @@ std::string encode_drc(const EncodeInput& input, const PublishedMesh& published)
 /// that is itself a multiple of them, the glTF y-up rotation excepted; what the shading asks for; skirts, where data reaches a
 /// side of the tile, as a primitive of their own. Vertices where two rims touch are split, so every primitive is a manifold.
 std::string encode_glb(const EncodeInput& input, const PublishedMesh& published);
-// Both give an empty string when the tile has no published triangle. The second throws std::invalid_argument when the tile spans
-// more than 2^23 steps.
+// Both give an empty string when the tile has no published triangle. The second throws std::invalid_argument when the points with
+// the finest step span more than 2^23 of it, or others twice as many of theirs.
 std::string encode_drc(const EncodeInput& input);
 std::string encode_glb(const EncodeInput& input);
 

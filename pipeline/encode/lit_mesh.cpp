@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <stdexcept>
 
 #include "gpu/measure/ecef_steps.h"
@@ -105,7 +106,6 @@ struct Box {
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
-  bool empty() const { return low.x > high.x; }
   Vec3 middle() const { return low + 0.5 * (high - low); }
   /// The greatest distance of a point from there, along an axis.
   double reach_m(const Vec3& from) const {
@@ -127,31 +127,37 @@ class Rounding {
   explicit Rounding(const gpu::EcefSteps& steps) : steps_(steps) {}
 
   Vec3 rounded(const Vec3& p, double height_m) {
-    const Vec3 at = steps_.rounded(p, height_m);
-    (steps_.between(height_m, height_m) == steps_.near_m ? near_ : far_).add(at);
+    const double step_m = steps_.between(height_m, height_m);
+    const Vec3 at = gpu::round_to(p, step_m);
+    boxes_[step_m].add(at);
     return at;
   }
 
-  /// The middle of all points, if the bits reach that far. Else that of the near ones: Draco's whole numbers go on beyond its
-  /// bits, and there a float32 holds the multiples of the far step.
+  /// The middle of all points, if the bits reach that far. Else that of the points with the finest step: Draco's whole numbers go
+  /// on beyond its bits, and there a float32 holds the multiples of greater steps.
   void centre(LitMesh& mesh) const {
-    Box all = near_.empty() ? far_ : near_;
-    for (const Vec3& corner : {far_.low, far_.high})
-      if (!far_.empty()) all.add(corner);
-    mesh.step_m = near_.empty() ? steps_.far_m : steps_.near_m;
-    mesh.translation = gpu::round_to(all.middle(), mesh.step_m);
-    mesh.bits = bits_of(all.reach_m(mesh.translation), mesh.step_m);
-    if (mesh.bits > kMaxGridBits && !near_.empty() && !far_.empty()) {
-      mesh.translation = gpu::round_to(near_.middle(), steps_.far_m);
-      mesh.bits = std::max({kMaxGridBits, bits_of(near_.reach_m(mesh.translation), steps_.near_m),
-                            bits_of(far_.reach_m(mesh.translation), steps_.far_m)});
+    const auto& [finest_m, inner] = *boxes_.begin();
+    Box all = inner;
+    for (const auto& [step_m, box] : boxes_) {
+      all.add(box.low);
+      all.add(box.high);
+    }
+    mesh.step_m = finest_m;
+    mesh.translation = gpu::round_to(all.middle(), finest_m);
+    mesh.bits = bits_of(all.reach_m(mesh.translation), finest_m);
+    if (mesh.bits > kMaxGridBits && boxes_.size() > 1) {
+      mesh.translation = gpu::round_to(inner.middle(), boxes_.rbegin()->first);
+      mesh.bits = std::max(kMaxGridBits, bits_of(inner.reach_m(mesh.translation), finest_m));
+      for (const auto& [step_m, box] : boxes_) {
+        if (box.reach_m(mesh.translation) >= std::ldexp(step_m, kMaxGridBits)) mesh.bits = kMaxGridBits + 1;
+      }
     }
     if (mesh.bits > kMaxGridBits) throw std::invalid_argument("ecef_steps are too fine for a tile of this size");
   }
 
  private:
   const gpu::EcefSteps steps_;
-  Box near_, far_;
+  std::map<double, Box> boxes_;  ///< of the points that have a step
 };
 
 // A strip hung from every boundary edge on a side of the tile, facing outward. Rims have no neighbour whose other level could

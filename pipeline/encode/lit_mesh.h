@@ -21,14 +21,14 @@ struct LitMesh {
     std::vector<Triangle> triangles;
   };
   Surface terrain;
-  Surface skirts;  ///< empty when the depth is 0 or no data reaches a side; its upper points repeat the terrain's
-  double step_m = 0;
-  proto::Vec3 translation;  ///< multiple of step_m, in the middle of all points
-  int bits = 0;             ///< of the quantisation that holds every point exactly
+  Surface skirts;           ///< empty when the depth is 0 or no data reaches a side; its upper points repeat the terrain's
+  double step_m = 0;        ///< the finest of a point
+  proto::Vec3 translation;  ///< in the middle of all points; or of those with the finest step, a multiple of all steps
+  int bits = 0;             ///< of the quantisation; see FloatGrid
 };
 
-/// published: of the input's mesh. terrain is empty when nothing of the tile is published. Throws std::invalid_argument when the
-/// tile spans more than 2^23 steps.
+/// published: of the input's mesh. terrain is empty when nothing of the tile is published. Throws std::invalid_argument, see
+/// encode_glb.
 LitMesh lit_mesh(const EncodeInput& input, const PublishedMesh& published);
 
 }  // namespace cordillera::pipeline

@@ -46,7 +46,7 @@ Skirts skirts_of(const EncodeInput& input, const PublishedMesh& published, const
   // Both levels' border chains may be off, in opposite directions. Finer ones are off by less, coarser ones, if there are any, by
   // more.
   const double apart = 2 + std::clamp(input.tile.z - coarsest_level, 0, kLevelsApart);
-  const double rounding_m = kRoundingSteps * input.ecef_steps.far_m;
+  const double rounding_m = kRoundingSteps * input.ecef_steps.coarsest_m;
   return {apart * level.chain_tolerance() + rounding_m, floor_m(input, published, apart) - rounding_m};
 }
 

@@ -16,7 +16,7 @@ void take_from_plan(EncodeInput& input, const PublishedMesh& published, const pr
                     const proto::BuildOptions& options);
 
 /// A pure function: the same plan, record and .drc give the same bytes on any machine. Its corners are those that the .drc
-/// decodes to, rounded to the level's ecef_step. "tile-damaged" where the .drc is not the tile that record and plan tell of.
+/// decodes to, rounded to the level's steps. "tile-damaged" where the .drc is not the tile that record and plan tell of.
 proto::Result<std::string> tile_glb(const proto::Plan& plan, const proto::TileRecord& record, std::string_view drc,
                                     const Shading& shading = {});
 

@@ -11,9 +11,9 @@ namespace {
 constexpr double kStepsPerTile = 262144;       // a tile's side, at least: walls and spikes stay where they are
 constexpr double kStepShare = 1.0 / 64;        // of the target: quantisation must not spend the promise
 constexpr double kExactStepShare = 1.0 / 512;  // an exact block has only what this leaves of its target
-constexpr double kMostSteps = 1 << 21;         // of what a tile spans, and of half of the near heights: Draco keeps 2^23 exactly
-constexpr double kRelief_m = 8192;             // of a tile and its skirts, if nothing is known
-constexpr double kUnseenShare = 1.5;           // of the relief that was seen at a few places: what there may be
+constexpr double kMostSteps = 1 << 21;         // of what a tile spans, and from a step's middle height: Draco keeps 2^23 exactly
+constexpr double kRelief_m = 8192;             // of a tile and its skirts
+constexpr double kLeastStep_m = 0x1p-14;       // 32 km of it are whole numbers that Draco takes
 
 /// How far a tile of the level reaches over data.
 double reach_m(const proto::Plan& plan, int level) {
@@ -59,14 +59,14 @@ void set_ecef_steps(const proto::Plan& plan, proto::LevelPlan& level) {
     return power_of_two_below(std::max(wanted_step_m(plan, level), least_step_m(plan, level, relief_m)));
   };
   level.set_ecef_step(step_for(kRelief_m));
-  level.clear_far_ecef_step(), level.clear_near_low(), level.clear_near_high();
+  level.clear_coarsest_ecef_step(), level.clear_middle_height(), level.clear_near();
   if (plan.seen_heights_size() != 2) return;
-  const double low_m = plan.seen_heights(0), high_m = plan.seen_heights(1), near = step_for(kUnseenShare * (high_m - low_m));
-  if (near >= level.ecef_step()) return;
-  level.set_far_ecef_step(level.ecef_step());
-  level.set_ecef_step(near);
-  level.set_near_low((low_m + high_m) / 2 - near * kMostSteps);
-  level.set_near_high((low_m + high_m) / 2 + near * kMostSteps);
+  const double finest = std::max(step_for(0), kLeastStep_m);
+  if (finest >= level.ecef_step()) return;
+  level.set_coarsest_ecef_step(level.ecef_step());
+  level.set_ecef_step(finest);
+  level.set_middle_height((plan.seen_heights(0) + plan.seen_heights(1)) / 2);
+  level.set_near(finest * kMostSteps);
 }
 
 bool needs_heights(const proto::Plan& plan, double target_m) {
@@ -77,8 +77,13 @@ bool needs_heights(const proto::Plan& plan, double target_m) {
 }
 
 gpu::EcefSteps ecef_steps(const proto::LevelPlan& level) {
-  if (level.far_ecef_step() == 0) return level.ecef_step();
-  return {level.ecef_step(), level.far_ecef_step(), level.near_low(), level.near_high()};
+  if (level.coarsest_ecef_step() == 0) return level.ecef_step();
+  return {level.ecef_step(), level.coarsest_ecef_step(), level.middle_height(), level.near()};
+}
+
+double usual_step_m(const proto::Plan& plan, const proto::LevelPlan& level) {
+  return plan.seen_heights_size() == 2 ? ecef_steps(level).between(plan.seen_heights(0), plan.seen_heights(1))
+                                       : level.ecef_step();
 }
 
 }  // namespace cordillera::pipeline

@@ -14,6 +14,8 @@ double power_of_two_below(double value);
 
 /// From the level's target and, if heights were seen, from those.
 void set_ecef_steps(const proto::Plan& plan, proto::LevelPlan& level);
+/// Of points at the heights that were seen, at most.
+double usual_step_m(const proto::Plan& plan, const proto::LevelPlan& level);
 /// Would heights that were seen change the steps of any level? target_m: of the finest level, whose steps are the finest.
 bool needs_heights(const proto::Plan& plan, double target_m);
 

@@ -17,7 +17,7 @@ using proto::TileAddress;
 using proto::TileMesh;
 
 constexpr proto::Lattice kLattice{14};
-const EcefSteps kSteps{1.0 / 4096, 1.0 / 256, 4, 150};  // some vertices are near, others far
+const EcefSteps kSteps{1.0 / 4096, 1.0 / 256, 20, 9};  // vertices are near and far
 
 /// Tiles over one raster, simplified, some vertices moved up or down.
 struct Scene {

@@ -191,7 +191,7 @@ TEST(Encode, NeighboursDecodeToTheSamePoints) {
 TEST(EncodeGlb, PointsAreTheRoundedEllipsoidPoints) {
   const TileAddress address{9, 800, 300};
   const auto tile = make_tile(address, hills());
-  const double step = tile->input.ecef_steps.near_m;
+  const double step = tile->input.ecef_steps.finest_m;
   const auto rows = proto::row_frames(kLattice, kLattice.south(address), static_cast<std::size_t>(tile->mesh.side) + 1);
   const auto columns = proto::column_frames(kLattice, kLattice.west(address), static_cast<std::size_t>(tile->mesh.side) + 1);
   std::vector<Key> expected, decoded;
@@ -210,7 +210,7 @@ TEST(EncodeGlb, ExactAtTheFinestStepThatATileAllows) {
     const Lattice lattice{18};
     const TileAddress address{z, proto::tiles_across(z) * 5 / 8, proto::tiles_up(z) * 3 / 4};
     const auto tile = make_tile(address, hills(), 32, lattice);
-    const double step = tile->input.ecef_steps.near_m;
+    const double step = tile->input.ecef_steps.finest_m;
     for (const Vec3& p : tile->glb.points) {
       for (const double c : key(p)) ASSERT_EQ(std::remainder(c, step), 0) << "level " << z;
     }
@@ -222,18 +222,23 @@ TEST(EncodeGlb, ExactAtTheFinestStepThatATileAllows) {
   }
 }
 
-/// A tile of hills whose inner vertices in some rows lie many kilometres below or above.
+/// A tile of hills of which some vertices lie kilometres below or above.
 struct Spiked {
   static constexpr std::int32_t kCells = 32;
   const Lattice lattice{17};
   const TileAddress address{17, 139000, 100000};
-  const gpu::EcefSteps steps{std::ldexp(1, -12), std::ldexp(1, -8), 0, 2000};
+  const gpu::EcefSteps steps{std::ldexp(1, -12), std::ldexp(1, -8), 900, 512};
   TileMesh mesh = synthetic_mesh(lattice, address, kCells, hills());
 
   Spiked() {
-    for (std::int32_t k = 1; k < kCells; k += 6) {
-      mesh.height[static_cast<std::size_t>(k * (kCells + 1) + k)] = -12'000 * 1024 - k;
-      mesh.height[static_cast<std::size_t>(k * (kCells + 1) + k + 1)] = 16'000 * 1024 + k;
+    const auto height = [&](std::int32_t x, std::int32_t y) -> std::int32_t& {
+      return mesh.height[static_cast<std::size_t>(y * (kCells + 1) + x)];
+    };
+    std::int32_t place = 1;
+    for (const int km : {-16, -9, -4, -2, 2, 3, 6, 16}) {
+      height(place, place) = km * 1'024'000 + 1;
+      height(kCells - place, place) = km * 1'023'000 + 3;
+      place += 3;
     }
   }
   EncodeInput input() const {
@@ -248,27 +253,30 @@ struct Spiked {
   double height_m(std::size_t v) const { return mesh.height[v] * proto::kHeightStep_m; }
 };
 
-// 28 km are more steps than Draco has bits for.
-TEST(EncodeGlb, PointsFarBelowAndAboveTheOthersAreMultiplesOfTheFarStep) {
+// 32 km are more steps than Draco has bits for.
+TEST(EncodeGlb, PointsFarBelowAndAboveTheOthersAreMultiplesOfGreaterSteps) {
   const Spiked spiked;
   const auto glb = decode_glb(encode_glb(spiked.input()));
   ASSERT_TRUE(glb.ok()) << glb.problem().detail;
   std::vector<Key> expected, decoded;
+  std::set<double> steps;
   for (std::size_t v = 0; v < spiked.mesh.vertices(); ++v) {
-    const bool far = spiked.height_m(v) < spiked.steps.low_m || spiked.height_m(v) > spiked.steps.high_m;
-    const double step = far ? spiked.steps.far_m : spiked.steps.near_m;
+    const double apart = std::abs(spiked.height_m(v) - 900);
+    const double step = std::ldexp(1, apart <= 512 ? -12 : apart <= 1024 ? -11 : apart <= 2048 ? -10 : apart <= 4096 ? -9 : -8);
+    steps.insert(step);
     Key rounded = key(spiked.point(v));
     for (double& c : rounded) c = std::nearbyint(c / step) * step;
     expected.push_back(rounded);
   }
   for (const Vec3& p : glb->points) decoded.push_back(key(p));
   EXPECT_EQ(soup(expected, spiked.mesh.triangles), soup(decoded, glb->triangles));
+  EXPECT_EQ(steps.size(), 5U);
 }
 
-TEST(EncodeGlb, PointsBetweenWouldNotFit) {
+TEST(EncodeGlb, WithTheFinestStepAloneTheyDoNotFit) {
   Spiked spiked;
   EncodeInput input = spiked.input();
-  input.ecef_steps = {spiked.steps.near_m, spiked.steps.far_m, -INFINITY, INFINITY};
+  input.ecef_steps = spiked.steps.finest_m;
   EXPECT_THROW(encode_glb(input), std::invalid_argument);
 }
 
@@ -393,7 +401,7 @@ TEST(EncodeRegion, ContainsEveryDecodedTriangle) {
           const Vec3 p = points[c[0]], q = points[c[1]], r = points[c[2]];
           for (const double s : {0.0, 0.25, 1 / 3.0, 0.5, 1.0}) {
             for (const double w : {0.0, 0.25, 1 / 3.0, 0.5, 1.0}) {
-              if (s + w <= 1) expect_inside(region, (1 - s - w) * p + (s * q + w * r), tile->input.ecef_steps.near_m);
+              if (s + w <= 1) expect_inside(region, (1 - s - w) * p + (s * q + w * r), tile->input.ecef_steps.finest_m);
             }
           }
         }

@@ -1,10 +1,13 @@
-// Which tiles a plan's window touches.
+// Which tiles a plan's window touches, and what points of its .glb tiles are rounded to.
 #include "pipeline/plan/plan.h"
+#include "pipeline/plan/ecef_step.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <optional>
 #include <random>
+#include <utility>
 
 namespace cordillera::pipeline {
 namespace {
@@ -63,6 +66,58 @@ TEST(TouchedTiles, OfANodeAreNotLookedForInTheWholeLevel) {
   const proto::Lattice lattice{20};
   const proto::Plan plan = plan_with(20, {0, 0, lattice.columns(), lattice.rows()});
   EXPECT_EQ(touched_tiles(plan, 20, {16, 70000, 30000}).size(), 256U);
+}
+
+/// Of the finest level of an exact plan for a square of some tiles of it.
+gpu::EcefSteps steps_of(int finest_level, double target_m, std::optional<std::pair<double, double>> seen_m) {
+  const proto::Lattice lattice{finest_level};
+  const std::int64_t middle = lattice.rows() * 3 / 4;
+  proto::Plan plan = plan_with(finest_level, {middle, middle, middle + 2000, middle + 2000});
+  plan.set_exact(true);
+  if (seen_m) {
+    plan.add_seen_heights(seen_m->first);
+    plan.add_seen_heights(seen_m->second);
+  }
+  proto::LevelPlan level;
+  level.set_level(static_cast<std::uint32_t>(finest_level));
+  level.set_target(target_m);
+  set_ecef_steps(plan, level);
+  return ecef_steps(level);
+}
+
+TEST(EcefStep, OfCoarseLevelsIsOneAtAllHeights) {
+  const gpu::EcefSteps steps = steps_of(12, 7, std::pair(100, 4000));
+  EXPECT_EQ(steps.finest_m, 0x1p-7);
+  EXPECT_EQ(steps.coarsest_m, steps.finest_m);
+}
+
+TEST(EcefStep, OfFineLevelsDoublesWithTheDistanceFromTheMiddle) {
+  const gpu::EcefSteps steps = steps_of(17, 0.15, std::pair(100, 300));
+  EXPECT_EQ(steps.finest_m, 0x1p-12) << "a 512th of the target";
+  EXPECT_EQ(steps.between(100, 300), 0x1p-12);
+  EXPECT_EQ(steps.between(-312, 712), 0x1p-12) << "half a kilometre around the middle";
+  EXPECT_EQ(steps.between(712.5, 712.5), 0x1p-11);
+  EXPECT_EQ(steps.between(-312.5, 200), 0x1p-11);
+  EXPECT_EQ(steps.between(200, 1224), 0x1p-11);
+  EXPECT_EQ(steps.between(200, 1225), 0x1p-10);
+  EXPECT_EQ(steps.between(-16384, 16384), 0x1p-8) << "no coarser than without heights";
+  EXPECT_EQ(steps_of(17, 0.15, std::nullopt).between(100, 300), 0x1p-8);
+}
+
+TEST(EcefStep, IsNoFinerThanDracoTakes) {
+  for (const int level : {17, 20, 22}) EXPECT_GE(steps_of(level, 0.01, std::pair(5, 5)).finest_m, 0x1p-14) << level;
+}
+
+TEST(EcefStep, OfCoarseTargetsNeedsNoHeights) {
+  const auto needs = [](int level, double target_m) {
+    proto::Plan plan = plan_with(level, {600'000, 600'000, 602'000, 602'000});
+    plan.set_exact(true);
+    return needs_heights(plan, target_m);
+  };
+  EXPECT_TRUE(needs(17, 0.15));
+  EXPECT_TRUE(needs(17, 1));
+  EXPECT_TRUE(needs(12, 0.15));
+  EXPECT_FALSE(needs(12, 7));
 }
 
 }  // namespace

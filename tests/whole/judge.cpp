@@ -183,7 +183,8 @@ std::size_t lines_at_pole(const Built& built, const DecodedTile& tile) {
 Findings judge_neighbours(const Built& built) {
   Findings found;
   for (const auto& [z, level] : built.levels) {
-    const double step_m = pipeline::ecef_steps(pipeline::level_plan(built.plan, z)).far_m;
+    const gpu::EcefSteps steps = pipeline::ecef_steps(pipeline::level_plan(built.plan, z));
+    const StepOf step_of = [&](double height_m) { return steps.between(height_m, height_m); };
     for (const auto& [at, tile] : level) {
       for (const proto::TileAddress& beside : neighbours(at)) {
         const auto other = level.find(beside);
@@ -192,7 +193,7 @@ Findings judge_neighbours(const Built& built) {
         if (Violation v = neighbour_violation(tile.drc, other->second.drc, whole ? Holes::none : Holes::allowed))
           found.push_back(*v);
         const BothFaces a{tile.drc, tile.glb.points}, b{other->second.drc, other->second.glb.points};
-        if (Violation v = glb_neighbour_violation(a, b, step_m)) found.push_back(*v);
+        if (Violation v = glb_neighbour_violation(a, b, step_of)) found.push_back(*v);
       }
     }
   }

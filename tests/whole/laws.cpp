@@ -275,7 +275,7 @@ Violation neighbour_violation(const DecodedTile& a, const DecodedTile& b, Holes 
   return missing(pb, b, pa, a);
 }
 
-Violation glb_neighbour_violation(const BothFaces& a, const BothFaces& b, double step_m, double height_step_m) {
+Violation glb_neighbour_violation(const BothFaces& a, const BothFaces& b, const StepOf& step_of, double height_step_m) {
   const auto pb = places(b.drc);
   const auto& t = a.drc;
   const std::int64_t circle = std::int64_t{t.side} * proto::tiles_across(t.tile.z);
@@ -284,8 +284,9 @@ Violation glb_neighbour_violation(const BothFaces& a, const BothFaces& b, double
     const double lon = -180 + 360.0 * static_cast<double>(place.first) / static_cast<double>(circle);
     const double lat = -90 + 360.0 * static_cast<double>(place.second) / static_cast<double>(circle);
     const Point expected = ecef_point(lon, lat, height * height_step_m);
+    const double reach_m = 0.51 * step_of(height * height_step_m) + 1e-4;
     // Half a step for rounding; the rest for sines that differ in the last bits. Near a pole other vertices may be as near.
-    const auto in_a = near(a.points, expected, 0.51 * step_m + 1e-4), in_b = near(b.points, expected, 0.51 * step_m + 1e-4);
+    const auto in_a = near(a.points, expected, reach_m), in_b = near(b.points, expected, reach_m);
     if (in_a.empty()) return "vertex " + words(place) + " is not in the .glb of " + name(t);
     if (in_b.empty()) return "vertex " + words(place) + " is not in the .glb of " + name(b.drc);
     const auto in_both = [&](const Point& p) { return std::find(in_b.begin(), in_b.end(), p) != in_b.end(); };

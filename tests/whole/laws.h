@@ -47,7 +47,10 @@ struct BothFaces {
   std::vector<Point> points;
 };
 
-/// Every vertex that a and b share is in both .glb files, with bit-equal coordinates. step_m: the level's ECEF step.
-Violation glb_neighbour_violation(const BothFaces& a, const BothFaces& b, double step_m, double height_step_m = 1.0 / 1024);
+/// Every vertex that a and b share is in both .glb files, with bit-equal coordinates. step_of: what points of a
+/// height in metres are rounded to.
+using StepOf = std::function<double(double height_m)>;
+Violation glb_neighbour_violation(const BothFaces& a, const BothFaces& b, const StepOf& step_of,
+                                  double height_step_m = 1.0 / 1024);
 
 }  // namespace cordillera::whole

@@ -182,16 +182,17 @@ BothFaces faces(const DecodedTile& t, double step_m) {
 }
 TEST(laws, glb_points) {
   const double step_m = 0.25;
+  const StepOf step_of = [=](double) { return step_m; };
   for (const auto& [x, y] : {std::pair{5, 6}, {15, 0}}) {
     const BothFaces a = faces(grid({3, x, 2}), step_m), b = faces(grid({3, y, 2}), step_m);
-    EXPECT_EQ(glb_neighbour_violation(a, b, step_m), std::nullopt);
+    EXPECT_EQ(glb_neighbour_violation(a, b, step_of), std::nullopt);
     BothFaces off = b;
     off.points[10][0] += 1e-6;
-    EXPECT_THAT(glb_neighbour_violation(a, off, step_m), Optional(HasSubstr("differ")));
+    EXPECT_THAT(glb_neighbour_violation(a, off, step_of), Optional(HasSubstr("differ")));
     off.points[10][0] += 2;
-    EXPECT_THAT(glb_neighbour_violation(a, off, step_m),
+    EXPECT_THAT(glb_neighbour_violation(a, off, step_of),
                 Optional(HasSubstr("is not in the .glb of tile 3/" + std::to_string(y))));
-    EXPECT_THAT(glb_neighbour_violation(off, a, step_m),
+    EXPECT_THAT(glb_neighbour_violation(off, a, step_of),
                 Optional(HasSubstr("is not in the .glb of tile 3/" + std::to_string(y))));
   }
 }

@@ -12,6 +12,7 @@
 #include "gpu/measure/upright_flips.h"
 #include "gpu/refine/height_step.h"
 #include "pipeline/bound/overlay.h"
+#include "pipeline/plan/ecef_step.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/tile/border.h"
 #include "pipeline/tile/tile_error.h"
@@ -171,7 +172,7 @@ gpu::exact::BlockPlan levels_above(const proto::Plan& plan) {
     // Where a target is hardly more than what a float32 can tell, the engine is asked for no less than it takes; the error is
     // stated as it is.
     const double least_m = kLeastSteps * asked.height_step * proto::kHeightStep_m;
-    asked.tolerance_m = std::max({asked.tolerance_m - kMildSlope * level.ecef_step(), asked.tolerance_m / 2, least_m});
+    asked.tolerance_m = std::max({asked.tolerance_m - kMildSlope * usual_step_m(plan, level), asked.tolerance_m / 2, least_m});
     if (l > 0) asked.tolerance_m = std::max(asked.tolerance_m, least_tolerance_m(levels.levels[l - 1], asked.height_step));
   }
   return levels;

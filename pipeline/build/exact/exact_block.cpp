@@ -8,6 +8,7 @@
 
 #include "gpu/measure/upright.h"
 #include "pipeline/plan/block_grid.h"
+#include "pipeline/plan/ecef_step.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/tile/tile_error.h"
 #include "pipeline/tile/weld.h"
@@ -156,10 +157,10 @@ gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, int coarsest) {
     // Where somebody asks for less than a float32 can tell, rounding takes all of it: half is left, and the error is stated as it
     // is.
     const double target_m = std::min(level.target(), kMostTolerance_m);
-    asked.tolerance_m = std::max(target_m - gpu::kGrace_m - level.ecef_step(), target_m / 2);
+    asked.tolerance_m = std::max(target_m - gpu::kGrace_m - usual_step_m(plan, level), target_m / 2);
     asked.height_step = height_step(level);
     constexpr double kBoth = 3.5;  // corners move by up to half of a cube's diagonal; the area by that times twice the length
-    asked.rounding_m = kBoth * level.ecef_step();
+    asked.rounding_m = kBoth * usual_step_m(plan, level);
     if (!levels.levels.empty())
       asked.tolerance_m = std::max(asked.tolerance_m, least_tolerance_m(levels.levels.back(), asked.height_step));
     asked.rim_reach = levels.levels.empty() ? -1 : std::min(static_cast<int>(levels.levels.size()), most_reach);
