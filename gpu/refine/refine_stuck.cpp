@@ -13,6 +13,7 @@ namespace {
 constexpr std::uint32_t kCrowd = 4;       // neighbours more than its valence allows that a vertex has for a while
 constexpr std::size_t kMostCrowded = 16;  // points that go in there at a time
 constexpr std::size_t kMostTurns = 256;   // of edges that cross one that is to be there
+constexpr int kMostMore = 4;              // triangles that one made along a wall may ask for, too
 
 bool is_on_side(const proto::TileMesh& mesh, const MeshPoint& p) {
   return p.x == 0 || p.y == 0 || p.x == mesh.side || p.y == mesh.side;
@@ -49,13 +50,7 @@ class Making : Refinement {
   bool make_triangle(Id t, const std::array<MeshPoint, 3>& corners) {
     if (std::any_of(corners.begin(), corners.end(), [](const MeshPoint& p) { return p.height == proto::kNoHeight; }))
       return take_off_rim(t);
-    std::array<std::uint32_t, 3> v{};
-    for (unsigned k = 0; k < 3; ++k) {
-      const std::optional<std::uint32_t> made = make_vertex(t, corners[k]);
-      if (!made) return false;
-      v[k] = *made;
-    }
-    return make_edge(v[0], v[1]) && make_edge(v[1], v[2]) && make_edge(v[2], v[0]) && finish(t);
+    return make(t, corners) && finish(t);
   }
   /// Likewise a corner inside the tile, and the ends of the edge that passes another one on the tile's side. False also where a
   /// vertex is there.
@@ -68,6 +63,8 @@ class Making : Refinement {
   }
   /// The triangle that make_triangle took off the rim.
   std::optional<Id> taken_off() const { return taken_off_; }
+  /// A point of the tile's side that had to be a vertex for a triangle that another one asked for.
+  std::optional<MeshPoint> missing_on_side() const { return missing_on_side_; }
 
  private:
   // Of twice the area of 1: no sample lies in it or on its sides, so none is uncovered.
@@ -88,15 +85,34 @@ class Making : Refinement {
     return true;
   }
 
-  // What making a triangle has left over the limit, and neighbours that are too many. t: may be as it was, when all was there
-  // already.
-  bool finish(Id t) {
-    std::vector<Id> changed{t};
-    for (Id u = 0; u < mesh_.triangles.size(); ++u) {
-      if (stamp_[u] > 0 && u != t) changed.push_back(u);
+  bool make(Id t, const std::array<MeshPoint, 3>& corners) {
+    std::array<std::uint32_t, 3> v{};
+    for (unsigned k = 0; k < 3; ++k) {
+      const std::optional<std::uint32_t> made = make_vertex(t, corners[k]);
+      if (!made && is_on_side(mesh_, corners[k]) && !vertex_at(mesh_, corners[k])) missing_on_side_ = corners[k];
+      if (!made) return false;
+      v[k] = *made;
     }
-    run(changed, kMostCrowded);
-    return !is_over(worst_known()) && disperse();
+    return make_edge(v[0], v[1]) && make_edge(v[1], v[2]) && make_edge(v[2], v[0]);
+  }
+
+  // What making a triangle has left over the limit, and neighbours that are too many. Along a wall each triangle that is made may
+  // leave the next one over it, which is made then. t: may be as it was, when all was there already.
+  bool finish(Id t) {
+    for (int more = 0;; ++more) {
+      std::vector<Id> changed{t};
+      for (Id u = 0; u < mesh_.triangles.size(); ++u) {
+        if (stamp_[u] > 0 && u != t) changed.push_back(u);
+      }
+      run(changed, kMostCrowded);
+      const Id worst = worst_known();
+      if (!is_over(worst)) return disperse();
+      if (more == kMostMore) return false;
+      const Triangle& c = mesh_.triangles[worst];
+      const auto wanted = meter_.wanted({point(c[0]), point(c[1]), point(c[2])}, limit_m_);
+      const auto is_none = [](const MeshPoint& p) { return p.height == proto::kNoHeight; };
+      if (!wanted || std::any_of(wanted->begin(), wanted->end(), is_none) || !make(worst, *wanted)) return false;
+    }
   }
 
   // The vertex at p, which becomes one if there is none. t: a triangle near it.
@@ -182,6 +198,7 @@ class Making : Refinement {
   }
 
   std::optional<Id> taken_off_;
+  std::optional<MeshPoint> missing_on_side_;
 };
 
 }  // namespace
@@ -197,10 +214,14 @@ Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limi
     const auto wanted = meter.wanted({point(c[0]), point(c[1]), point(c[2])}, limit_m);
     if (!wanted) continue;
     std::optional<Refinement::Id> off;
+    std::optional<MeshPoint> missing;
     const auto made = [&](const auto& make) {
       proto::TileMesh trial = mesh;
       Making making(trial, meter, limit_m);
-      if (!make(making)) return false;
+      if (!make(making)) {
+        if (making.missing_on_side()) missing = making.missing_on_side();
+        return false;
+      }
       all.inserted += static_cast<std::uint32_t>(trial.vertices() - mesh.vertices());
       off = making.taken_off();
       mesh = std::move(trial);
@@ -217,6 +238,7 @@ Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limi
     }
     if (!done) {
       ++all.over;
+      if (missing) all.on_sides.push_back(*missing);
       for (const MeshPoint& p : *wanted) {
         if (p.height != proto::kNoHeight && is_on_side(mesh, p) && !vertex_at(mesh, p)) all.on_sides.push_back(p);
       }
