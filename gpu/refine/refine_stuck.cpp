@@ -21,6 +21,9 @@ bool is_on_side(const proto::TileMesh& mesh, const MeshPoint& p) {
 bool lie_on_a_side(const proto::TileMesh& mesh, const MeshPoint& a, const MeshPoint& b) {
   return (a.x == b.x && (a.x == 0 || a.x == mesh.side)) || (a.y == b.y && (a.y == 0 || a.y == mesh.side));
 }
+bool lacks_data(const std::array<MeshPoint, 3>& corners) {
+  return std::any_of(corners.begin(), corners.end(), [](const MeshPoint& p) { return p.height == proto::kNoHeight; });
+}
 /// Is p, on the line of a and b, between them?
 bool is_between(const MeshPoint& p, const MeshPoint& a, const MeshPoint& b) {
   return (a.x - p.x) * (b.x - p.x) + (a.y - p.y) * (b.y - p.y) < 0;
@@ -48,8 +51,7 @@ class Making : Refinement {
   /// Makes these points vertices and the lines between them edges, which neighbours on the lattice can always be, and refines
   /// what that has left over the limit. False: some is left, or a vertex has too many neighbours.
   bool make_triangle(Id t, const std::array<MeshPoint, 3>& corners) {
-    if (std::any_of(corners.begin(), corners.end(), [](const MeshPoint& p) { return p.height == proto::kNoHeight; }))
-      return take_off_rim(t);
+    if (lacks_data(corners)) return take_off_rim(t);
     return make(t, corners) && finish(t);
   }
   /// Likewise a corner inside the tile, and the ends of the edge that passes another one on the tile's side. False also where a
@@ -110,8 +112,7 @@ class Making : Refinement {
       if (more == kMostMore) return false;
       const Triangle& c = mesh_.triangles[worst];
       const auto wanted = meter_.wanted({point(c[0]), point(c[1]), point(c[2])}, limit_m_);
-      const auto is_none = [](const MeshPoint& p) { return p.height == proto::kNoHeight; };
-      if (!wanted || std::any_of(wanted->begin(), wanted->end(), is_none) || !make(worst, *wanted)) return false;
+      if (!wanted || lacks_data(*wanted) || !make(worst, *wanted)) return false;
     }
   }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pipeline/plan/relief.h"
 #include "proto/ellipsoid.h"
 
 namespace cordillera::pipeline {
@@ -60,12 +61,13 @@ void set_ecef_steps(const proto::Plan& plan, proto::LevelPlan& level) {
   };
   level.set_ecef_step(step_for(kRelief_m));
   level.clear_coarsest_ecef_step(), level.clear_middle_height(), level.clear_near();
-  if (plan.seen_heights_size() != 2) return;
+  const auto seen_m = seen_heights_m(plan);
+  if (!seen_m) return;
   const double finest = std::max(step_for(0), kLeastStep_m);
   if (finest >= level.ecef_step()) return;
   level.set_coarsest_ecef_step(level.ecef_step());
   level.set_ecef_step(finest);
-  level.set_middle_height((plan.seen_heights(0) + plan.seen_heights(1)) / 2);
+  level.set_middle_height((seen_m->first + seen_m->second) / 2);
   level.set_near(finest * kMostSteps);
 }
 
@@ -82,8 +84,8 @@ gpu::EcefSteps ecef_steps(const proto::LevelPlan& level) {
 }
 
 double usual_step_m(const proto::Plan& plan, const proto::LevelPlan& level) {
-  return plan.seen_heights_size() == 2 ? ecef_steps(level).between(plan.seen_heights(0), plan.seen_heights(1))
-                                       : level.ecef_step();
+  const auto seen_m = seen_heights_m(plan);
+  return seen_m ? ecef_steps(level).between(seen_m->first, seen_m->second) : level.ecef_step();
 }
 
 }  // namespace cordillera::pipeline

@@ -181,7 +181,8 @@ double default_error_m(const proto::Plan& plan, int level) {
   const double cell_m = std::ldexp(proto::cell_height_m(lattice_of(plan), (plan.window(1) + plan.window(3)) / 2), coarser);
   const double sag_m = 2 * cell_m * cell_m / (8 * proto::kSemiMajor_m);  // of a cell's diagonal at the equator
   const double least_m = std::max(std::min(kLeastDefaultCells * cell_m, kLeastDefault_m), sag_m / (1 - kPixelShare));
-  const double relief_m = plan.seen_heights_size() == 2 ? plan.seen_heights(1) - plan.seen_heights(0) : 0;
+  const auto seen_m = seen_heights_m(plan);
+  const double relief_m = seen_m ? seen_m->second - seen_m->first : 0;
   const double error_m = std::min(kDefaultErrorCells * cell_m, std::max(kDefaultErrorRelief * relief_m, least_m));
   return std::max(error_m, kLeastError_m);
 }

@@ -42,7 +42,7 @@ proto::Result<void> check_exact(const proto::Plan& plan);
 /// stay as they are, and the error counts at samples alone. It leaves simplification the rest of the finest target.
 double pixels_within_m(const proto::Plan& plan);
 
-/// Sets chain tolerance, .glb step, height step and rim tolerance of a level from its target.
+/// Sets chain tolerance, .glb steps, height step and rim tolerance of a level from its target.
 void derive_level(const proto::Plan& plan, proto::LevelPlan& level);
 
 proto::Lattice lattice_of(const proto::Plan& plan);

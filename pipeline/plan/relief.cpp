@@ -21,4 +21,9 @@ void see_heights(raster::Source& source, proto::Plan& plan) {
   plan.add_seen_heights(high * proto::kHeightStep_m);
 }
 
+std::optional<std::pair<double, double>> seen_heights_m(const proto::Plan& plan) {
+  if (plan.seen_heights_size() != 2) return std::nullopt;
+  return std::pair(plan.seen_heights(0), plan.seen_heights(1));
+}
+
 }  // namespace cordillera::pipeline

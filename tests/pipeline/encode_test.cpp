@@ -14,6 +14,7 @@
 #include "pipeline/encode/region.h"
 #include "tests/pipeline/drc_point.h"
 #include "tests/pipeline/encode_synthetic.h"
+#include "tests/pipeline/triangle_soup.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -26,6 +27,9 @@ using testing::encode_input;
 using testing::Heights;
 using testing::hills;
 using testing::hills_with_voids;
+using testing::Key;
+using testing::key;
+using testing::soup;
 using testing::synthetic_mesh;
 
 const Lattice kLattice{9};
@@ -49,22 +53,6 @@ std::unique_ptr<Tile> make_tile(TileAddress address, const Heights& heights, std
   tile->drc = *drc;
   tile->glb = *glb;
   return tile;
-}
-
-using Key = std::array<double, 3>;
-Key key(Vec3 p) { return {p.x, p.y, p.z}; }
-
-// Each triangle turned so that its least corner comes first; sorted.
-template <class Point>
-std::vector<std::array<Point, 3>> soup(const std::vector<Point>& points, const std::vector<Triangle>& triangles) {
-  std::vector<std::array<Point, 3>> out;
-  for (const Triangle& t : triangles) {
-    std::array<Point, 3> corners = {points[t[0]], points[t[1]], points[t[2]]};
-    std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
-    out.push_back(corners);
-  }
-  std::sort(out.begin(), out.end());
-  return out;
 }
 
 // Every edge has at most two triangles, in opposite directions; the triangles of every vertex are one fan.
@@ -220,64 +208,6 @@ TEST(EncodeGlb, ExactAtTheFinestStepThatATileAllows) {
     ASSERT_TRUE(again.ok());
     EXPECT_EQ(again->points.size(), tile->glb.points.size());
   }
-}
-
-/// A tile of hills of which some vertices lie kilometres below or above.
-struct Spiked {
-  static constexpr std::int32_t kCells = 32;
-  const Lattice lattice{17};
-  const TileAddress address{17, 139000, 100000};
-  const gpu::EcefSteps steps{std::ldexp(1, -12), std::ldexp(1, -8), 900, 512};
-  TileMesh mesh = synthetic_mesh(lattice, address, kCells, hills());
-
-  Spiked() {
-    const auto height = [&](std::int32_t x, std::int32_t y) -> std::int32_t& {
-      return mesh.height[static_cast<std::size_t>(y * (kCells + 1) + x)];
-    };
-    std::int32_t place = 1;
-    for (const int km : {-16, -9, -4, -2, 2, 3, 6, 16}) {
-      height(place, place) = km * 1'024'000 + 1;
-      height(kCells - place, place) = km * 1'023'000 + 3;
-      place += 3;
-    }
-  }
-  EncodeInput input() const {
-    EncodeInput input = encode_input(lattice, address, mesh);
-    input.ecef_steps = steps;
-    return input;
-  }
-  Vec3 point(std::size_t v) const {
-    return proto::ecef(proto::row_frame(lattice, lattice.south(address) + mesh.y[v]),
-                       proto::column_frame(lattice, lattice.west(address) + mesh.x[v]), height_m(v));
-  }
-  double height_m(std::size_t v) const { return mesh.height[v] * proto::kHeightStep_m; }
-};
-
-// 32 km are more steps than Draco has bits for.
-TEST(EncodeGlb, PointsFarBelowAndAboveTheOthersAreMultiplesOfGreaterSteps) {
-  const Spiked spiked;
-  const auto glb = decode_glb(encode_glb(spiked.input()));
-  ASSERT_TRUE(glb.ok()) << glb.problem().detail;
-  std::vector<Key> expected, decoded;
-  std::set<double> steps;
-  for (std::size_t v = 0; v < spiked.mesh.vertices(); ++v) {
-    const double apart = std::abs(spiked.height_m(v) - 900);
-    const double step = std::ldexp(1, apart <= 512 ? -12 : apart <= 1024 ? -11 : apart <= 2048 ? -10 : apart <= 4096 ? -9 : -8);
-    steps.insert(step);
-    Key rounded = key(spiked.point(v));
-    for (double& c : rounded) c = std::nearbyint(c / step) * step;
-    expected.push_back(rounded);
-  }
-  for (const Vec3& p : glb->points) decoded.push_back(key(p));
-  EXPECT_EQ(soup(expected, spiked.mesh.triangles), soup(decoded, glb->triangles));
-  EXPECT_EQ(steps.size(), 5U);
-}
-
-TEST(EncodeGlb, WithTheFinestStepAloneTheyDoNotFit) {
-  Spiked spiked;
-  EncodeInput input = spiked.input();
-  input.ecef_steps = spiked.steps.finest_m;
-  EXPECT_THROW(encode_glb(input), std::invalid_argument);
 }
 
 TEST(EncodeGlb, TooFineAStepIsTheCallersMistake) {

@@ -53,6 +53,14 @@ Built built_with(const std::string& pixels, const std::string& strategy, const H
   return build_dem(dem, options);
 }
 
+/// Those of a user who gives none.
+proto::BuildOptions default_options() {
+  proto::BuildOptions options;
+  options.set_threads(2);
+  options.set_device("cpu");
+  return options;
+}
+
 class AtPixels : public testing::TestWithParam<const char*> {};
 
 TEST_P(AtPixels, the_error_is_what_the_judge_finds) {
@@ -83,9 +91,7 @@ TEST_P(AtPixels, the_target_is_kept_there_unless_told_otherwise) {
 
 // Mountains, where edges between samples pass far from pixels: without vertices around those it was 12.3 m for a target of 9.5.
 TEST_P(AtPixels, the_target_is_kept_on_mountains) {
-  proto::BuildOptions options;
-  options.set_threads(2);
-  options.set_device("cpu");
+  proto::BuildOptions options = default_options();
   options.set_strategy(GetParam());
   for (const double side : {-71.4, 44.2, -71.1, 44.4}) options.add_bbox(side);
   const Built built = build_file(std::string(CORDILLERA_SOURCE_DIR) + "/deploy/sample/white_mountains_srtm3.tif", options);
@@ -116,10 +122,7 @@ HeightOf town(int storeys = 11) {
 // Walls beside the sides of tiles: without vertices put onto those it was nearly five times the target.
 TEST(AtPixelsOfATown, the_target_is_kept_beside_sides_of_tiles) {
   Dem dem{300, 300, {390000, 1, 0, 5700600, 0, -1}, town(), "EPSG:25832"};
-  proto::BuildOptions options;
-  options.set_threads(2);
-  options.set_device("cpu");
-  const Built built = build_dem(dem, options);
+  const Built built = build_dem(dem, default_options());
   EXPECT_THAT(judge(built, {8000, 0}), testing::IsEmpty());
   const proto::ErrorAtPixels& stated = built.manifest.source().error_at_pixels();
   EXPECT_GT(stated.pixels(), 89'000);
@@ -130,10 +133,7 @@ TEST(AtPixelsOfATown, the_target_is_kept_beside_sides_of_tiles) {
 // in vain, and pixels were 33 m off.
 TEST(AtPixelsOfATown, the_target_is_kept_beside_towers) {
   Dem dem{200, 200, {390000, 1, 0, 5700600, 0, -1}, town(80), "EPSG:25832"};
-  proto::BuildOptions options;
-  options.set_threads(2);
-  options.set_device("cpu");
-  const Built built = build_dem(dem, options);
+  const Built built = build_dem(dem, default_options());
   EXPECT_THAT(judge(built, {8000, 0}), testing::IsEmpty());
   for (const proto::LevelSummary& level : built.manifest.levels())
     EXPECT_LE(level.stated_max_error(), level.target()) << "level " << level.level();
@@ -145,10 +145,7 @@ TEST(AtPixelsOfATown, the_target_is_kept_beside_towers) {
 TEST(AtPixelsOfATown, triangles_along_a_wall_are_made_together) {
   const HeightOf walls = [](int c, int r) { return c % 10 == 0 || r % 10 == 0 ? 40 : 10; };
   Dem dem{140, 140, {356000, 0.8, 0, 5699112, 0, -0.8}, walls, "EPSG:32632"};
-  proto::BuildOptions options;
-  options.set_threads(2);
-  options.set_device("cpu");
-  const Built built = build_dem(dem, options);
+  const Built built = build_dem(dem, default_options());
   const proto::ErrorAtPixels& stated = built.manifest.source().error_at_pixels();
   EXPECT_GT(stated.pixels(), 19'000);
   EXPECT_LT(stated.max(), 1.5);

@@ -1,0 +1,86 @@
+// Points of one .glb that are rounded to several steps.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+#include <stdexcept>
+
+#include "pipeline/encode/decode.h"
+#include "pipeline/encode/encode.h"
+#include "tests/pipeline/encode_synthetic.h"
+#include "tests/pipeline/triangle_soup.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+using proto::Lattice;
+using proto::TileAddress;
+using proto::TileMesh;
+using proto::Vec3;
+using testing::encode_input;
+using testing::hills;
+using testing::Key;
+using testing::key;
+using testing::soup;
+using testing::synthetic_mesh;
+
+/// A tile of hills of which some vertices lie kilometres below or above.
+struct Spiked {
+  static constexpr std::int32_t kCells = 32;
+  const Lattice lattice{17};
+  const TileAddress address{17, 139000, 100000};
+  const gpu::EcefSteps steps{std::ldexp(1, -12), std::ldexp(1, -8), 900, 512};
+  TileMesh mesh = synthetic_mesh(lattice, address, kCells, hills());
+
+  Spiked() {
+    const auto height = [&](std::int32_t x, std::int32_t y) -> std::int32_t& {
+      return mesh.height[static_cast<std::size_t>(y * (kCells + 1) + x)];
+    };
+    std::int32_t place = 1;
+    for (const int km : {-16, -9, -4, -2, 2, 3, 6, 16}) {
+      height(place, place) = km * 1'024'000 + 1;
+      height(kCells - place, place) = km * 1'023'000 + 3;
+      place += 3;
+    }
+  }
+  EncodeInput input() const {
+    EncodeInput input = encode_input(lattice, address, mesh);
+    input.ecef_steps = steps;
+    return input;
+  }
+  Vec3 point(std::size_t v) const {
+    return proto::ecef(proto::row_frame(lattice, lattice.south(address) + mesh.y[v]),
+                       proto::column_frame(lattice, lattice.west(address) + mesh.x[v]), height_m(v));
+  }
+  double height_m(std::size_t v) const { return mesh.height[v] * proto::kHeightStep_m; }
+};
+
+// 32 km are more steps than Draco has bits for.
+TEST(EncodeGlb, PointsFarBelowAndAboveTheOthersAreMultiplesOfGreaterSteps) {
+  const Spiked spiked;
+  const auto glb = decode_glb(encode_glb(spiked.input()));
+  ASSERT_TRUE(glb.ok()) << glb.problem().detail;
+  std::vector<Key> expected, decoded;
+  std::set<double> steps;
+  for (std::size_t v = 0; v < spiked.mesh.vertices(); ++v) {
+    const double apart = std::abs(spiked.height_m(v) - 900);
+    const double step = std::ldexp(1, apart <= 512 ? -12 : apart <= 1024 ? -11 : apart <= 2048 ? -10 : apart <= 4096 ? -9 : -8);
+    steps.insert(step);
+    Key rounded = key(spiked.point(v));
+    for (double& c : rounded) c = std::nearbyint(c / step) * step;
+    expected.push_back(rounded);
+  }
+  for (const Vec3& p : glb->points) decoded.push_back(key(p));
+  EXPECT_EQ(soup(expected, spiked.mesh.triangles), soup(decoded, glb->triangles));
+  EXPECT_EQ(steps.size(), 5U);
+}
+
+TEST(EncodeGlb, WithTheFinestStepAloneTheyDoNotFit) {
+  Spiked spiked;
+  EncodeInput input = spiked.input();
+  input.ecef_steps = spiked.steps.finest_m;
+  EXPECT_THROW(encode_glb(input), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace cordillera::pipeline
