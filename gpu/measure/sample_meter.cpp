@@ -76,4 +76,25 @@ TriangleError SampleMeter::measure(const std::array<MeshPoint, 3>& corners, doub
   return error;
 }
 
+std::optional<std::array<MeshPoint, 3>> SampleMeter::wanted(const std::array<MeshPoint, 3>& corners, double limit_m) const {
+  NoTally tally;
+  const WorstSample worst = meter_.worst(triangle(corners), limit_m, tally).any;
+  if (worst.error_m <= limit_m || columns_apart(worst.y) > 1) return std::nullopt;
+  const auto x = static_cast<std::int32_t>(worst.x), y = static_cast<std::int32_t>(worst.y);
+  const std::int64_t east = std::int64_t{corners[0].x} + corners[1].x + corners[2].x - 3 * std::int64_t{x},
+                     north = std::int64_t{corners[0].y} + corners[1].y + corners[2].y - 3 * std::int64_t{y};
+  return lattice_triangle(x, y, east, north);
+}
+
+// Cells are cut from south-west to north-east.
+std::optional<std::array<MeshPoint, 3>> SampleMeter::lattice_triangle(std::int32_t x, std::int32_t y, std::int64_t east,
+                                                                      std::int64_t north) const {
+  const std::int32_t i = east >= 0 ? x : x - 1, j = north >= 0 ? y : y - 1;  // the cell's south-western corner
+  if (i < 0 || j < 0 || i >= side_ || j >= side_) return std::nullopt;
+  const bool below = (east >= 0) == (north >= 0) ? east >= north : east < 0;  // the diagonal
+  const auto at = [&](std::int32_t column, std::int32_t row) { return MeshPoint{column, row, meter_.window().at(column, row)}; };
+  if (below) return std::array{at(i, j), at(i + 1, j), at(i + 1, j + 1)};
+  return std::array{at(i, j), at(i + 1, j + 1), at(i, j + 1)};
+}
+
 }  // namespace cordillera::gpu

@@ -13,11 +13,16 @@ class SampleMeter final : public ErrorMeter {
   explicit SampleMeter(const SurfaceErrorInput& input, std::int32_t height_step = 1);
   TriangleError measure(const std::array<MeshPoint, 3>& corners, double limit_m) const override;
   double error_m(const std::array<MeshPoint, 3>& corners, const Glance& asked) const override;
+  /// At the worst sample, towards the triangle's middle. None beside a pole.
+  std::optional<std::array<MeshPoint, 3>> wanted(const std::array<MeshPoint, 3>& corners, double limit_m) const override;
 
  private:
   MeasuredTriangle triangle(const std::array<MeshPoint, 3>& corners) const;
   /// As far apart in space as rows are, or half of that: a power of two.
   std::int64_t columns_apart(std::int64_t y) const;
+  /// The one at that point into which that direction leads.
+  std::optional<std::array<MeshPoint, 3>> lattice_triangle(std::int32_t x, std::int32_t y, std::int64_t east,
+                                                           std::int64_t north) const;
 
   SurfaceMeter meter_;
   std::int64_t side_;

@@ -43,6 +43,9 @@ class UprightMeter final : public ErrorMeter {
   UprightMeter(const ErrorMeter& meter, const Upright& upright) : meter_(meter), upright_(upright) {}
   TriangleError measure(const std::array<MeshPoint, 3>& corners, double limit_m) const override;
   double error_m(const std::array<MeshPoint, 3>& corners, const Glance& asked) const override;
+  std::optional<std::array<MeshPoint, 3>> wanted(const std::array<MeshPoint, 3>& corners, double limit_m) const override {
+    return meter_.wanted(corners, limit_m);
+  }
 
  private:
   const ErrorMeter& meter_;

@@ -64,14 +64,16 @@ Refined refine(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m, s
                std::size_t most);
 
 /// For triangles that refine has left over, one after the other: the triangle that the meter wants there is made, with more
-/// neighbours for a while than a vertex has room for, and what is over limit_m then is refined. Where it wants none, a triangle
-/// without samples goes from the rim. What does not come to within limit_m, with valences as they must be, stays as it was. Costs
-/// a copy of the mesh a triangle. Laws and `over` as for refine.
+/// neighbours for a while than a vertex has room for, and what is over limit_m then is refined. Where it wants none, or what it
+/// wants cannot be made, a triangle without samples goes from the rim. What does not come to within limit_m, with valences as
+/// they must be or were, stays as it was. Costs a copy of the mesh a triangle. Laws and `over` as for refine, but where the mesh
+/// ends at a rim, points of the rim's edges may become vertices.
 Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m, std::span<const std::uint32_t> over);
 
 /// Makes a point of one of the tile's sides a vertex: the triangle there is cut in two. The tile beyond the side must get the
-/// same vertex. False, and the mesh is as it was: p is a vertex or on no side, an end of its edge has no data, or the corner
-/// opposite has no room for a neighbour more.
+/// same vertex. Where the corner opposite has no room for a neighbour more, an edge is turned there, of all that can be the one
+/// that changes the surface least. False, and the mesh is as it was: p is a vertex or on no side, an end of its edge has no data,
+/// or there is no such edge. No error is measured: triangles around may be over any limit afterwards.
 bool split_side(proto::TileMesh& mesh, const MeshPoint& p);
 
 }  // namespace cordillera::gpu

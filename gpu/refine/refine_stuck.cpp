@@ -6,6 +6,7 @@
 
 #include "gpu/refine/refine.h"
 #include "gpu/refine/refinement.h"
+#include "gpu/refine/side_points.h"
 
 namespace cordillera::gpu {
 namespace {
@@ -15,25 +16,15 @@ constexpr std::size_t kMostCrowded = 16;  // points that go in there at a time
 constexpr std::size_t kMostTurns = 256;   // of edges that cross one that is to be there
 constexpr int kMostMore = 4;              // triangles that one made along a wall may ask for, too
 
-bool is_on_side(const proto::TileMesh& mesh, const MeshPoint& p) {
-  return p.x == 0 || p.y == 0 || p.x == mesh.side || p.y == mesh.side;
-}
-bool lie_on_a_side(const proto::TileMesh& mesh, const MeshPoint& a, const MeshPoint& b) {
-  return (a.x == b.x && (a.x == 0 || a.x == mesh.side)) || (a.y == b.y && (a.y == 0 || a.y == mesh.side));
-}
 bool lacks_data(const std::array<MeshPoint, 3>& corners) {
   return std::any_of(corners.begin(), corners.end(), [](const MeshPoint& p) { return p.height == proto::kNoHeight; });
 }
-/// Is p, on the line of a and b, between them?
-bool is_between(const MeshPoint& p, const MeshPoint& a, const MeshPoint& b) {
-  return (a.x - p.x) * (b.x - p.x) + (a.y - p.y) * (b.y - p.y) < 0;
-}
-
-/// As valences count them: on a side one more than triangles.
-std::uint32_t neighbours_of(const proto::TileMesh& mesh, std::uint32_t v) {
-  const auto has = [v](const std::array<std::uint32_t, 3>& t) { return t[0] == v || t[1] == v || t[2] == v; };
-  return static_cast<std::uint32_t>(std::count_if(mesh.triangles.begin(), mesh.triangles.end(), has)) +
-         (sides_of(mesh, v) > 0 ? 1 : 0);
+/// In any order.
+bool are_corners(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& triangle,
+                 const std::array<MeshPoint, 3>& points) {
+  return std::all_of(points.begin(), points.end(), [&](const MeshPoint& p) {
+    return std::any_of(triangle.begin(), triangle.end(), [&](std::uint32_t v) { return mesh.x[v] == p.x && mesh.y[v] == p.y; });
+  });
 }
 
 std::optional<std::uint32_t> vertex_at(const proto::TileMesh& mesh, const MeshPoint& p) {
@@ -46,7 +37,8 @@ std::optional<std::uint32_t> vertex_at(const proto::TileMesh& mesh, const MeshPo
 /// One triangle that is wished for, made.
 class Making : Refinement {
  public:
-  Making(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m) : Refinement(mesh, meter, limit_m, kCrowd) {}
+  Making(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m)
+      : Refinement(mesh, meter, limit_m, kCrowd), first_valence_(valence_) {}
 
   /// Makes these points vertices and the lines between them edges, which neighbours on the lattice can always be, and refines
   /// what that has left over the limit. False: some is left, or a vertex has too many neighbours.
@@ -63,13 +55,7 @@ class Making : Refinement {
     const std::optional<std::uint32_t> v = make_vertex(t, inside);
     return v && make_edge(*v, edge->first) && make_edge(*v, edge->second) && finish(t);
   }
-  /// The triangle that make_triangle took off the rim.
-  std::optional<Id> taken_off() const { return taken_off_; }
-  /// A point of the tile's side that had to be a vertex for a triangle that another one asked for.
-  std::optional<MeshPoint> missing_on_side() const { return missing_on_side_; }
-
- private:
-  // Of twice the area of 1: no sample lies in it or on its sides, so none is uncovered.
+  /// Of twice the area of 1: no sample lies in it or on its sides, so none is uncovered.
   bool take_off_rim(Id t) {
     const Triangle& c = mesh_.triangles[t];
     if (area(c[0], c[1], c[2]) != 1) return false;
@@ -86,7 +72,12 @@ class Making : Refinement {
     taken_off_ = t;
     return true;
   }
+  /// The triangle that was taken off the rim.
+  std::optional<Id> taken_off() const { return taken_off_; }
+  /// A point of the tile's side that had to be a vertex for a triangle that another one asked for.
+  std::optional<MeshPoint> missing_on_side() const { return missing_on_side_; }
 
+ private:
   bool make(Id t, const std::array<MeshPoint, 3>& corners) {
     std::array<std::uint32_t, 3> v{};
     for (unsigned k = 0; k < 3; ++k) {
@@ -112,7 +103,7 @@ class Making : Refinement {
       if (more == kMostMore) return false;
       const Triangle& c = mesh_.triangles[worst];
       const auto wanted = meter_.wanted({point(c[0]), point(c[1]), point(c[2])}, limit_m_);
-      if (!wanted || lacks_data(*wanted) || !make(worst, *wanted)) return false;
+      if (!wanted || lacks_data(*wanted) || are_corners(mesh_, c, *wanted) || !make(worst, *wanted)) return false;
     }
   }
 
@@ -121,9 +112,28 @@ class Making : Refinement {
     for (int k = 0; k < 4; ++k) {  // to make room, the triangle itself may be turned first
       if (const auto v = vertex_at(mesh_, p)) return is_void(*v) ? std::nullopt : v;
       const Id at = triangle_with(p, t);
-      if (at == kNone || !split(at, p)) return std::nullopt;
+      if (at == kNone || !(split_rim(at, p) || split(at, p))) return std::nullopt;
     }
     return std::nullopt;
+  }
+  // Where p lies on an edge of t beyond which the mesh ends, and which is on no side of the tile.
+  bool split_rim(Id t, const MeshPoint& p) {
+    const Triangle c = mesh_.triangles[t];
+    for (unsigned k = 0; k < 3; ++k) {
+      const std::uint32_t a = c[k], b = c[after(k)], opposite = c[before(k)];
+      if (across_[t][k] != kNone || twice_area(point(a), point(b), p) != 0) continue;
+      if (lie_on_a_side(mesh_, point(a), point(b)) || !has_room(opposite)) return false;
+      const Id beyond = across_[t][after(k)], before_it = across_[t][before(k)];
+      const std::uint32_t v = append(p, 3);
+      const Id u = add();
+      set(t, {a, v, opposite}, {kNone, u, before_it});
+      set(u, {v, b, opposite}, {kNone, beyond, t});
+      relink(beyond, t, u);
+      ++valence_[opposite];
+      settle_vertex(v, {t, u});
+      return true;
+    }
+    return false;
   }
   // The ends of the edge on a side of the tile that passes p, which is no corner of it.
   std::optional<std::pair<std::uint32_t, std::uint32_t>> edge_of_side(const MeshPoint& p) const {
@@ -139,24 +149,41 @@ class Making : Refinement {
     return std::nullopt;
   }
 
-  bool crosses(std::uint32_t u, std::uint32_t w, std::uint32_t a, std::uint32_t b) const {
+  bool do_cross(std::uint32_t u, std::uint32_t w, std::uint32_t a, std::uint32_t b) const {
     const auto side = [](std::int64_t area) { return area > 0 ? 1 : area < 0 ? -1 : 0; };
     return side(area(a, b, u)) * side(area(a, b, w)) < 0 && side(area(u, w, a)) * side(area(u, w, b)) < 0;
+  }
+  // Of t, the edge from corner k.
+  bool crosses(Id t, unsigned k, std::uint32_t a, std::uint32_t b) const {
+    return do_cross(mesh_.triangles[t][k], mesh_.triangles[t][after(k)], a, b);
+  }
+  // A box around t meets one around a - b.
+  bool is_beside(Id t, std::uint32_t a, std::uint32_t b) const {
+    const auto& [u, v, w] = mesh_.triangles[t];
+    const auto meet = [&](const std::vector<std::int32_t>& at) {
+      return std::max({at[u], at[v], at[w]}) >= std::min(at[a], at[b]) &&
+             std::min({at[u], at[v], at[w]}) <= std::max(at[a], at[b]);
+    };
+    return meet(mesh_.x) && meet(mesh_.y);
   }
   // The edge a - b, by turning those that cross it (S. W. Sloan, "A fast algorithm for generating constrained Delaunay
   // triangulations", 1993).
   bool make_edge(std::uint32_t a, std::uint32_t b) {
+    std::vector<Id> between;  // turned edges cross it within these
+    for (Id t = 0; t < mesh_.triangles.size(); ++t) {
+      if (is_beside(t, a, b) && (crosses(t, 0, a, b) || crosses(t, 1, a, b) || crosses(t, 2, a, b))) between.push_back(t);
+    }
     for (std::size_t turns = 0; turns < kMostTurns; ++turns) {
       std::vector<Quad> crossing, clearing;  // convex ones; those whose other diagonal is out of the way
       bool crossed = false;
-      for (Id t = 0; t < mesh_.triangles.size(); ++t) {
+      for (const Id t : between) {
         for (unsigned k = 0; k < 3; ++k) {
           Quad q;
-          if (!crosses(mesh_.triangles[t][k], mesh_.triangles[t][after(k)], a, b)) continue;
+          if (!crosses(t, k, a, b)) continue;
           crossed = true;
           if (!can_flip(t, k, q, 0)) continue;
           crossing.push_back(q);
-          if (!crosses(q.c, q.d, a, b)) clearing.push_back(q);
+          if (!do_cross(q.c, q.d, a, b)) clearing.push_back(q);
         }
       }
       if (!crossed) return true;
@@ -176,11 +203,13 @@ class Making : Refinement {
     return worst;
   }
 
-  // Turns edges until no vertex has more neighbours than it may have without a crowd. False: that could not be done.
+  // Turns edges until no vertex has more neighbours than it may have without a crowd, or than it had. False: that could not be
+  // done.
   bool disperse() {
     crowd_ = 0;
     for (std::uint32_t v = 0; v < valence_.size(); ++v) {
-      while (valence_[v] > cap(v)) {
+      const std::uint32_t most = std::max(cap(v), v < first_valence_.size() ? first_valence_[v] : 0);
+      while (valence_[v] > most) {
         if (!take_neighbour(v)) return false;
       }
     }
@@ -198,6 +227,7 @@ class Making : Refinement {
     return true;
   }
 
+  const std::vector<std::uint32_t> first_valence_;  ///< indexed by vertex that was there
   std::optional<Id> taken_off_;
   std::optional<MeshPoint> missing_on_side_;
 };
@@ -214,6 +244,10 @@ Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limi
     const auto point = [&](std::uint32_t v) { return MeshPoint{mesh.x[v], mesh.y[v], mesh.height[v]}; };
     const auto wanted = meter.wanted({point(c[0]), point(c[1]), point(c[2])}, limit_m);
     if (!wanted) continue;
+    if (are_corners(mesh, c, *wanted)) {  // rounded points tilt it, and nothing helps
+      ++all.over;
+      continue;
+    }
     std::optional<Refinement::Id> off;
     std::optional<MeshPoint> missing;
     const auto made = [&](const auto& make) {
@@ -237,6 +271,8 @@ Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limi
         done = made([&](Making& making) { return making.make_triangle_on_side(t, inside, on_side); });
       }
     }
+    // A needle along the rim, where the lattice's triangle would lie beyond the mesh.
+    if (!done) done = made([&](Making& making) { return making.take_off_rim(t); });
     if (!done) {
       ++all.over;
       if (missing) all.on_sides.push_back(*missing);
@@ -251,29 +287,6 @@ Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limi
     std::replace(left.begin(), left.end(), last, *off);
   }
   return all;
-}
-
-bool split_side(proto::TileMesh& mesh, const MeshPoint& p) {
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    for (unsigned k = 0; k < 3; ++k) {
-      const std::array<std::uint32_t, 3>& corners = mesh.triangles[t];
-      const std::uint32_t a = corners[k], b = corners[after(k)], c = corners[before(k)];
-      const auto point = [&](std::uint32_t v) { return MeshPoint{mesh.x[v], mesh.y[v], mesh.height[v]}; };
-      if (!lie_on_a_side(mesh, point(a), point(b)) || !lie_on_a_side(mesh, point(a), p) || !lie_on_a_side(mesh, point(b), p))
-        continue;
-      if (!is_between(p, point(a), point(b))) continue;
-      if (is_void(mesh, a) || is_void(mesh, b) || !may_have(mesh, c, neighbours_of(mesh, c) + 1)) return false;
-      const auto v = static_cast<std::uint32_t>(mesh.vertices());
-      mesh.x.push_back(p.x);
-      mesh.y.push_back(p.y);
-      mesh.height.push_back(p.height);
-      mesh.mark.push_back(0);
-      mesh.triangles[t] = {a, v, c};
-      mesh.triangles.push_back({v, b, c});
-      return true;
-    }
-  }
-  return false;
 }
 
 }  // namespace cordillera::gpu

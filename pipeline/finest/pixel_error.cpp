@@ -154,11 +154,11 @@ class PixelMeter final : public gpu::ErrorMeter {
     return error;
   }
 
-  /// Of the lattice's surface, around the worst pixel.
+  /// Of the lattice's surface, around the worst pixel; else what samples want.
   std::optional<std::array<gpu::MeshPoint, 3>> wanted(const std::array<gpu::MeshPoint, 3>& corners,
                                                       double limit_m) const override {
     const auto worst = worst_over(corners, limit_m);
-    if (!worst) return std::nullopt;
+    if (!worst) return at_samples_.wanted(corners, limit_m);
     const raster::PixelPoint& pixel = pixels_[worst->pixel];
     const std::int32_t x = std::min(static_cast<std::int32_t>(pixel.x), side_ - 1),
                        y = std::min(static_cast<std::int32_t>(pixel.y), side_ - 1);
@@ -256,6 +256,7 @@ MetPixels meet_pixels(const LevelContext& context, BuiltTile& built, TilePixels&
       refined = gpu::refine_stuck(built.mesh, with_pixels, limit_m, left);
       met.inserted += refined.inserted;
       met.on_sides = std::move(refined.on_sides);
+      if (refined.over == left.size()) break;  // not one could be made, so nothing is different
     }
   };
   // The promise at samples comes first. What breaks it, steep walls from before too, is mended without a harm to pixels; else,

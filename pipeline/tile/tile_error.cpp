@@ -28,6 +28,21 @@ void stand_up(BuiltTile& built, const gpu::Upright& upright, const gpu::ErrorMet
   if (is_at_pole(built.tile)) gpu::flip_turned(built.mesh, upright, meter, INFINITY);
 }
 
+/// A handful are needles along steep walls; where there are many, nothing helps.
+constexpr std::size_t kMostStuck = 16;
+
+/// Until no triangle is over the limit, or nothing helps. over: says which are.
+template <class Over>
+void put_back(BuiltTile& built, const gpu::ErrorMeter& meter, double limit_m, const Over& over) {
+  std::vector<std::uint32_t> left = over();
+  if (left.empty()) return;
+  const gpu::Refined refined = gpu::refine(built.mesh, meter, limit_m, left, SIZE_MAX);
+  built.put_back = refined.inserted;
+  if (refined.over == 0 || refined.over > kMostStuck) return;
+  left = over();
+  built.put_back += gpu::refine_stuck(built.mesh, meter, limit_m, left).inserted;
+}
+
 }  // namespace
 
 std::vector<std::uint32_t> in_either(const std::vector<std::uint32_t>& a, const std::vector<std::uint32_t>& b) {
@@ -57,11 +72,13 @@ std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built
   const gpu::SampleMeter samples(input, step);
   stand_up(built, upright, samples);
   if (context.promise) {
-    const std::vector<std::uint32_t> over =
-        in_either(gpu::triangles_over(gpu::surface_error(input, limit_m, memory)), gpu::turned_triangles(upright, built.mesh));
+    const auto over = [&] {
+      return in_either(gpu::triangles_over(gpu::surface_error(input, limit_m, memory)),
+                       gpu::turned_triangles(upright, built.mesh));
+    };
     const gpu::UprightMeter in_space(samples, upright);
     const gpu::SteppedMeter meter(in_space, step);
-    if (!over.empty()) built.put_back = gpu::refine(built.mesh, meter, limit_m, over, SIZE_MAX).inserted;
+    put_back(built, meter, limit_m, over);
     gpu::flip_turned(built.mesh, upright, samples, limit_m);
     if (context.height_rounds >= 0) gpu::thin(built.mesh, meter, {limit_m, context.height_rounds, step});
   }

@@ -13,7 +13,11 @@
 namespace cordillera::raster {
 namespace {
 
-constexpr int kRounds = kProjectionReach - 1;  // a round carries what the window's end lacks one vertex farther
+constexpr int kRounds = kProjectionRounds;  // a round carries what the window's end lacks one vertex farther
+// A wall between two pixels with one sample in between cannot meet both, unless the samples beyond are above the roof and below
+// the ground. But most walls can: samples that are bounded at first find that out. Without bounds made towers of 80 m wore crowns
+// of 28 m, with bounds of 11 m.
+constexpr int kBoundedRounds = kRounds / 2;
 // Each vertex takes its share of a residual divided by the number of pixels that move it (component averaging: Censor, Gordon and
 // Gordon 2001). So it converges for any pixels and any step below 2; this one leaves a tenth a round where pixels share no
 // vertices.
@@ -39,6 +43,16 @@ CORDILLERA_WIDE void put_back(const double* height_m, std::size_t count, std::in
   for (std::size_t k = 0; k < count; ++k)
     height[k] = static_cast<std::int32_t>(std::nearbyint(height_m[k] / proto::kHeightStep_m));
 }
+
+/// Heights that a sample stays between.
+struct Bounds {
+  double least_m = INFINITY, greatest_m = -INFINITY;
+
+  void add(double height_m) {
+    least_m = std::min(least_m, height_m);
+    greatest_m = std::max(greatest_m, height_m);
+  }
+};
 
 /// A window of samples on its way. Most pixels are near enough from the start: those that are not, and then those beside vertices
 /// that moved, are all that a round looks at. So of each no more is kept than where it is.
@@ -70,11 +84,11 @@ class Sheet {
   void project() {
     if (far_off_.empty()) return;
     const std::size_t count = held_by_.size();
-    height_m_.resize(count), sums_.resize(count, 0), moved_.resize(count, 0);
+    height_m_.resize(count), sums_.resize(count, 0), moved_.resize(count, 0), bounds_at_.resize(count, 0);
     for (std::size_t k = 0; k < count; ++k) height_m_[k] = samples_.height[k] * proto::kHeightStep_m;
     for (const std::uint32_t p : far_off_) spread(hold_of(pixels_[p], cells_[p]));
     for (int round = 1; !touched_.empty(); ++round) {
-      move_touched();
+      move_touched(round <= kBoundedRounds);
       if (round < kRounds) spread_beside_moved();
     }
     put_back(height_m_.data(), height_m_.size(), samples_.height.data());
@@ -111,17 +125,35 @@ class Sheet {
     const double grains = (far_m - std::copysign(h.within_m, far_m)) * share_of(h) * kGrain;
     for (std::size_t k = 0; k < 3; ++k) {
       sums_[h.vertex[k]] += std::llrint(h.weight[k] * grains);
+      bounds_of(h.vertex[k]).add(h.height_m);
       touched_.push_back(h.vertex[k]);
     }
   }
 
-  void move_touched() {
+  /// Of the samples around it, as they were; pixels that move it come to them.
+  Bounds& bounds_of(std::uint32_t k) {
+    if (bounds_at_[k] == 0) {
+      const auto columns = static_cast<std::uint32_t>(samples_.columns), x = k % columns, y = k / columns;
+      const std::uint32_t reach = kBoundsReach, rows = static_cast<std::uint32_t>(samples_.rows);
+      Bounds bounds;
+      for (std::uint32_t j = y - std::min(y, reach); j <= std::min(y + reach, rows - 1); ++j) {
+        for (std::uint32_t i = x - std::min(x, reach); i <= std::min(x + reach, columns - 1); ++i)
+          if (!is_void(j * columns + i)) bounds.add(samples_.height[j * columns + i] * proto::kHeightStep_m);
+      }
+      bounds_.push_back(bounds);
+      bounds_at_[k] = static_cast<std::uint32_t>(bounds_.size());
+    }
+    return bounds_[bounds_at_[k] - 1];
+  }
+
+  void move_touched(bool bounded) {
     for (const std::uint32_t k : last_moved_) moved_[k] = 0;
     last_moved_.clear();
     for (const std::uint32_t k : touched_) {
       const std::int64_t sum = std::exchange(sums_[k], 0);  // what was touched twice is done with the first time
       if (sum == 0 || !moves(k)) continue;
       height_m_[k] = std::clamp(height_m_[k] + static_cast<double>(sum) / kGrain, -proto::kMaxHeight_m, proto::kMaxHeight_m);
+      if (bounded) height_m_[k] = std::clamp(height_m_[k], bounds_of(k).least_m, bounds_of(k).greatest_m);
       moved_[k] = 1;
       last_moved_.push_back(k);
     }
@@ -180,8 +212,10 @@ class Sheet {
   std::vector<std::uint8_t> moved_;                      ///< likewise: 1 if the last round did
   std::vector<std::uint32_t> last_moved_;                ///< those samples
   std::vector<std::uint32_t> touched_;                   ///< samples with sums, some more than once
-  std::vector<std::uint32_t> cells_;                     ///< indexed by pixel: the south-western vertex of its cell, or kNowhere
-  std::vector<std::uint32_t> far_off_;                   ///< pixels, from the start
+  std::vector<std::uint32_t> bounds_at_;                 ///< indexed by sample: a place in bounds_, plus 1; 0: none yet
+  std::vector<Bounds> bounds_;
+  std::vector<std::uint32_t> cells_;    ///< indexed by pixel: the south-western vertex of its cell, or kNowhere
+  std::vector<std::uint32_t> far_off_;  ///< pixels, from the start
 };
 
 class BackProjection final : public Source {

@@ -43,14 +43,17 @@ inline std::array<CellCorner, 3> triangle_around(double x, double y, bool south_
   return {{{0, 0, 1 - y}, {1, 1, x}, {0, 1, y - x}}};
 }
 
-/// Cells around a sample whose pixels and samples it may depend on.
-inline constexpr std::int64_t kProjectionReach = 13;
+/// Cells around a sample whose pixels and samples it may depend on: one a round, and those that its bounds are made of.
+inline constexpr int kProjectionRounds = 12, kBoundsReach = 2;
+inline constexpr std::int64_t kProjectionReach = kProjectionRounds + kBoundsReach + 2;
 
 /// The same source, but samples of the lattice of that level are moved until the surface between them (triangle_around) is within
 /// so many metres of the pixels, and nearer beside the sides of tiles. What a pixel's centre is farther off is spread onto the
-/// three vertices around it, in kProjectionReach - 1 rounds. A sample depends on the source's pixels and samples around it, the
-/// lattice and within_m alone, not on what else the source holds. Stay as they are: still water, poles, voids, and vertices
-/// beside which no pixel is too far off. Voids that are filled move. What would leave the range of heights is held to it.
+/// three vertices around it, in kProjectionRounds rounds. In the first half of them no sample leaves the heights of the
+/// samples up to kBoundsReach away and of the pixels that move it, lest it rings beside a wall more than it must. A sample
+/// depends on the source's pixels and samples around it, the lattice and within_m alone, not on what else the source holds. Stay
+/// as they are: still water, poles, voids, and vertices beside which no pixel is too far off. Voids that are filled move. What
+/// would leave the range of heights is held to it.
 std::unique_ptr<Source> project_back(std::unique_ptr<Source> source, int level, double within_m);
 
 }  // namespace cordillera::raster
