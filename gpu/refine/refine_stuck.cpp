@@ -55,6 +55,19 @@ class Making : Refinement {
     const std::optional<std::uint32_t> v = make_vertex(t, inside);
     return v && make_edge(*v, edge->first) && make_edge(*v, edge->second) && finish(t);
   }
+  /// Likewise those of its points that can be vertices, where others lie beyond the mesh or on the tile's side, and the edges
+  /// between them.
+  bool make_part(Id t, const std::array<MeshPoint, 3>& corners) {
+    std::vector<std::uint32_t> made;
+    for (const MeshPoint& p : corners) {
+      if (p.height == proto::kNoHeight) continue;
+      if (const std::optional<std::uint32_t> v = make_vertex(t, p)) made.push_back(*v);
+    }
+    for (std::size_t k = 0; k + 1 < made.size(); ++k) {
+      if (!make_edge(made[k], made[k + 1])) return false;
+    }
+    return result_.inserted > 0 && finish(t);
+  }
   /// Of twice the area of 1: no sample lies in it or on its sides, so none is uncovered.
   bool take_off_rim(Id t) {
     const Triangle& c = mesh_.triangles[t];
@@ -271,6 +284,7 @@ Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limi
         done = made([&](Making& making) { return making.make_triangle_on_side(t, inside, on_side); });
       }
     }
+    if (!done) done = made([&](Making& making) { return making.make_part(t, *wanted); });
     // A needle along the rim, where the lattice's triangle would lie beyond the mesh.
     if (!done) done = made([&](Making& making) { return making.take_off_rim(t); });
     if (!done) {

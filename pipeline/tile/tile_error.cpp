@@ -28,9 +28,6 @@ void stand_up(BuiltTile& built, const gpu::Upright& upright, const gpu::ErrorMet
   if (is_at_pole(built.tile)) gpu::flip_turned(built.mesh, upright, meter, INFINITY);
 }
 
-/// A handful are needles along steep walls; where there are many, nothing helps.
-constexpr std::size_t kMostStuck = 16;
-
 /// Until no triangle is over the limit, or nothing helps. over: says which are.
 template <class Over>
 void put_back(BuiltTile& built, const gpu::ErrorMeter& meter, double limit_m, const Over& over) {
@@ -38,7 +35,7 @@ void put_back(BuiltTile& built, const gpu::ErrorMeter& meter, double limit_m, co
   if (left.empty()) return;
   const gpu::Refined refined = gpu::refine(built.mesh, meter, limit_m, left, SIZE_MAX);
   built.put_back = refined.inserted;
-  if (refined.over == 0 || refined.over > kMostStuck) return;
+  if (refined.over == 0 || refined.over > kMostLeftOver) return;
   left = over();
   built.put_back += gpu::refine_stuck(built.mesh, meter, limit_m, left).inserted;
 }

@@ -11,6 +11,10 @@ namespace cordillera::pipeline {
 
 inline constexpr double kLeastStepShare = 0.25;  ///< of the target, for the step above the blocks, even where children left less
 
+/// Triangles that refinement leaves over the limit are made one by one (gpu::refine_stuck) where there are no more of a tile: a
+/// handful are needles along steep walls, and where there are many, nothing helps.
+inline constexpr std::size_t kMostLeftOver = 16;
+
 /// Two ascending lists of triangles as one.
 std::vector<std::uint32_t> in_either(const std::vector<std::uint32_t>& a, const std::vector<std::uint32_t>& b);
 

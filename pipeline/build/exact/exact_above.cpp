@@ -331,17 +331,31 @@ void ErrorStatement::put_back() {
     const KnownErrors before(tile_.mesh, steep_, error_m_);
     const gpu::UprightMeter in_space(known_, upright);
     const gpu::SteppedMeter meter(in_space, height_step(*context_.level));
-    gpu::Refined refined = gpu::refine(tile_.mesh, meter, limit_m, over, SIZE_MAX);
-    refined.flipped += gpu::flip_turned(tile_.mesh, upright, known_, limit_m);
+    const auto measured = [&] {  // those over the limit
+      std::vector<std::uint32_t> left;
+      steep_m = 0;
+      for (const std::uint32_t t : steep_triangles(*context_.lattice, tile_)) {
+        const Corners corners = corners_of(tile_.mesh, t);
+        const std::optional<double> known = before.find(corners);
+        const double error_m = known ? *known : known_.error_m(corners, limit_m);
+        if (error_m > limit_m) left.push_back(t);
+        steep_m = std::max(steep_m, error_m);
+      }
+      return left;
+    };
+    const gpu::Refined refined = gpu::refine(tile_.mesh, meter, limit_m, over, SIZE_MAX);
     tile_.put_back = refined.inserted;
-    steep_m = 0;
-    for (const std::uint32_t t : steep_triangles(*context_.lattice, tile_)) {
-      const Corners corners = corners_of(tile_.mesh, t);
-      const std::optional<double> known = before.find(corners);
-      steep_m = std::max(steep_m, known ? *known : known_.error_m(corners, limit_m));
+    bool changed = refined.inserted + refined.flipped > 0;
+    if (refined.over > 0 && refined.over <= kMostLeftOver) {
+      const std::vector<std::uint32_t> left = measured();
+      const gpu::Refined stuck = gpu::refine_stuck(tile_.mesh, meter, limit_m, left);
+      tile_.put_back += stuck.inserted;
+      changed = changed || stuck.over < left.size();
     }
+    changed = gpu::flip_turned(tile_.mesh, upright, known_, limit_m) > 0 || changed;
+    measured();
     // Triangles that came in keep the limit, and that is what is known of them.
-    if (refined.inserted + refined.flipped > 0) steep_m = std::max(steep_m, limit_m);
+    if (changed) steep_m = std::max(steep_m, limit_m);
   }
   tile_.max_error_m = std::max(tile_.max_error_m, steep_m) + gpu::kGrace_m;
   step_ = std::max(kRmseStep, published_side(tile_.mesh) / kRmseSide);

@@ -96,14 +96,25 @@ GroundMeter::Known GroundMeter::around(const std::array<gpu::MeshPoint, 3>& corn
   return known;
 }
 
+template <class Ask>
+auto GroundMeter::with_samples(const std::array<gpu::MeshPoint, 3>& corners, const Known& known, const Ask& ask) const {
+  const proto::TileMesh mesh = mesh_of(at_.side, corners);
+  return ask(gpu::SampleMeter({at_.lattice, at_.tile, &mesh, &known.samples, at_.ecef_steps, &known.frames}, at_.height_step));
+}
+
 gpu::TriangleError GroundMeter::measure(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const {
   const Known known = around(corners);
-  const proto::TileMesh mesh = mesh_of(at_.side, corners);
-  gpu::TriangleError error =
-      gpu::SampleMeter({at_.lattice, at_.tile, &mesh, &known.samples, at_.ecef_steps, &known.frames}, at_.height_step)
-          .measure(corners, limit_m - known.error_m);
+  gpu::TriangleError error = with_samples(
+      corners, known, [&](const gpu::SampleMeter& meter) { return meter.measure(corners, limit_m - known.error_m); });
   error.error_m += known.error_m;
   return error;
+}
+
+std::optional<std::array<gpu::MeshPoint, 3>> GroundMeter::wanted(const std::array<gpu::MeshPoint, 3>& corners,
+                                                                 double limit_m) const {
+  const Known known = around(corners);
+  return with_samples(corners, known,
+                      [&](const gpu::SampleMeter& meter) { return meter.wanted(corners, limit_m - known.error_m); });
 }
 
 double GroundMeter::error_m(const std::array<gpu::MeshPoint, 3>& corners, const gpu::Glance&) const {

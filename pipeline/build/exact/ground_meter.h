@@ -32,6 +32,8 @@ class GroundMeter final : public gpu::ErrorMeter {
   GroundMeter(const At& at, const KnownGround& known);
   gpu::TriangleError measure(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const override;
   double error_m(const std::array<gpu::MeshPoint, 3>& corners, const gpu::Glance& asked) const override;
+  std::optional<std::array<gpu::MeshPoint, 3>> wanted(const std::array<gpu::MeshPoint, 3>& corners,
+                                                      double limit_m) const override;
   const gpu::exact::Field& field() const { return field_; }
   /// A place of the tile, in the ground's samples.
   std::pair<int, int> on_ground(std::int32_t x, std::int32_t y) const {
@@ -46,6 +48,9 @@ class GroundMeter final : public gpu::ErrorMeter {
     double error_m = 0;
   };
   Known around(const std::array<gpu::MeshPoint, 3>& corners) const;
+  /// What `ask` gets from a meter of these samples.
+  template <class Ask>
+  auto with_samples(const std::array<gpu::MeshPoint, 3>& corners, const Known& known, const Ask& ask) const;
 
   At at_;
   const gpu::exact::Ground& ground_;
