@@ -37,8 +37,9 @@ std::optional<std::uint32_t> vertex_at(const proto::TileMesh& mesh, const MeshPo
 /// One triangle that is wished for, made.
 class Making : Refinement {
  public:
-  Making(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m)
-      : Refinement(mesh, meter, limit_m, kCrowd), first_valence_(valence_) {}
+  /// crowd: neighbours more than its valence allows that a vertex may have while what came of a triangle is refined.
+  Making(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m, std::uint32_t crowd)
+      : Refinement(mesh, meter, limit_m, kCrowd), refining_crowd_(crowd), first_valence_(valence_) {}
 
   /// Makes these points vertices and the lines between them edges, which neighbours on the lattice can always be, and refines
   /// what that has left over the limit. False: some is left, or a vertex has too many neighbours.
@@ -110,7 +111,9 @@ class Making : Refinement {
       for (Id u = 0; u < mesh_.triangles.size(); ++u) {
         if (stamp_[u] > 0 && u != t) changed.push_back(u);
       }
+      crowd_ = refining_crowd_;
       run(changed, kMostCrowded);
+      crowd_ = kCrowd;
       const Id worst = worst_known();
       if (!is_over(worst)) return disperse();
       if (more == kMostMore) return false;
@@ -240,6 +243,7 @@ class Making : Refinement {
     return true;
   }
 
+  const std::uint32_t refining_crowd_;
   const std::vector<std::uint32_t> first_valence_;  ///< indexed by vertex that was there
   std::optional<Id> taken_off_;
   std::optional<MeshPoint> missing_on_side_;
@@ -263,9 +267,9 @@ Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limi
     }
     std::optional<Refinement::Id> off;
     std::optional<MeshPoint> missing;
-    const auto made = [&](const auto& make) {
+    const auto made = [&](const auto& make, std::uint32_t crowd = kCrowd) {
       proto::TileMesh trial = mesh;
-      Making making(trial, meter, limit_m);
+      Making making(trial, meter, limit_m, crowd);
       if (!make(making)) {
         if (making.missing_on_side()) missing = making.missing_on_side();
         return false;
@@ -275,7 +279,9 @@ Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limi
       mesh = std::move(trial);
       return true;
     };
-    bool done = made([&](Making& making) { return making.make_triangle(t, *wanted); });
+    const auto make_triangle = [&](Making& making) { return making.make_triangle(t, *wanted); };
+    // A crowd may be in a place from which no edge can be turned away.
+    bool done = made(make_triangle) || made(make_triangle, 0);
     // Else with two corners on a side of the tile, whose vertices are not to be changed.
     for (const std::size_t step : {1, 2}) {
       for (std::size_t k = 0; k < 3 && !done; ++k) {

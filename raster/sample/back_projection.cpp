@@ -17,7 +17,7 @@ constexpr int kRounds = kProjectionRounds;  // a round carries what the window's
 // A wall between two pixels with one sample in between cannot meet both, unless the samples beyond are above the roof and below
 // the ground. But most walls can: samples that are bounded at first find that out. Without bounds made towers of 80 m wore crowns
 // of 28 m, with bounds of 11 m.
-constexpr int kBoundedRounds = kRounds / 2;
+constexpr int kBoundedRounds = kRounds * 2 / 3;
 // Each vertex takes its share of a residual divided by the number of pixels that move it (component averaging: Censor, Gordon and
 // Gordon 2001). So it converges for any pixels and any step below 2; this one leaves a tenth a round where pixels share no
 // vertices.

@@ -120,6 +120,28 @@ TEST_F(Pixels, BackProjectionMeetsThem) {
   EXPECT_GT(after.pixels, 6500);
 }
 
+// A tower of 80 m in pixels of 1 m. Where samples may go where they like, they meet its pixels too, and its roof wears spikes of
+// 28 m.
+TEST_F(Pixels, BackProjectionLeavesARoofWithoutACrown) {
+  Spec spec;
+  spec.columns = spec.rows = 60;
+  spec.crs = "EPSG:32632";
+  spec.geotransform = {356000, 1, 0, 5699100, 0, -1};
+  spec.value = [](int c, int r) { return std::abs(c - r) < 30 && c > 12 && r > 15 && c < 45 && r < 50 ? 180.0 : 100.0; };
+  const auto exact = moved(must_open(write(spec)), 0.015, 17);
+  const proto::Samples samples = whole(*exact, lattice(17));
+  std::int32_t highest = INT32_MIN, lowest = INT32_MAX;
+  for (const std::int32_t h : samples.height) {
+    if (h == proto::kNoHeight) continue;
+    highest = std::max(highest, h), lowest = std::min(lowest, h);
+  }
+  EXPECT_LT(highest * proto::kHeightStep_m, 180 + 14);
+  EXPECT_GT(lowest * proto::kHeightStep_m, 100 - 14);
+  const Off after = off(*exact, 17);
+  EXPECT_LT(after.greatest_m, 0.15);
+  EXPECT_GT(after.pixels, 3300);
+}
+
 TEST_F(Pixels, BackProjectionIsNearerWhereTheLatticeIsTooCoarseToMeetThem) {
   Spec spec = rough_utm();
   spec.geotransform[1] = 20, spec.geotransform[5] = -20;  // cells of 0.96 pixels
