@@ -86,15 +86,22 @@ std::optional<std::array<MeshPoint, 3>> SampleMeter::wanted(const std::array<Mes
   return lattice_triangle(x, y, east, north);
 }
 
-// Cells are cut from south-west to north-east.
+// Cells are cut from south-west to north-east; where the cell's only void is one of these two, the other way.
 std::optional<std::array<MeshPoint, 3>> SampleMeter::lattice_triangle(std::int32_t x, std::int32_t y, std::int64_t east,
                                                                       std::int64_t north) const {
   const std::int32_t i = east >= 0 ? x : x - 1, j = north >= 0 ? y : y - 1;  // the cell's south-western corner
   if (i < 0 || j < 0 || i >= side_ || j >= side_) return std::nullopt;
-  const bool below = (east >= 0) == (north >= 0) ? east >= north : east < 0;  // the diagonal
-  const auto at = [&](std::int32_t column, std::int32_t row) { return MeshPoint{column, row, meter_.window().at(column, row)}; };
-  if (below) return std::array{at(i, j), at(i + 1, j), at(i + 1, j + 1)};
-  return std::array{at(i, j), at(i + 1, j + 1), at(i, j + 1)};
+  const auto at = [&](std::int32_t column, std::int32_t row) {
+    return MeshPoint{i + column, j + row, meter_.window().at(i + column, j + row)};
+  };
+  const MeshPoint south_west = at(0, 0), south_east = at(1, 0), north_east = at(1, 1), north_west = at(0, 1);
+  const bool is_end = (east >= 0) == (north >= 0);  // of the usual diagonal; else of the other one
+  // Which side of a diagonal: to the south-east of the usual one, to the south-west of the other.
+  const bool to_south_east = is_end ? east >= north : east < 0, to_south_west = is_end ? east >= 0 : east + north <= 0;
+  if (north_east.height == proto::kNoHeight && to_south_west) return std::array{south_west, south_east, north_west};
+  if (south_west.height == proto::kNoHeight && !to_south_west) return std::array{north_east, north_west, south_east};
+  if (to_south_east) return std::array{south_west, south_east, north_east};
+  return std::array{south_west, north_east, north_west};
 }
 
 }  // namespace cordillera::gpu

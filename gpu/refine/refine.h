@@ -64,10 +64,10 @@ Refined refine(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m, s
                std::size_t most);
 
 /// For triangles that refine has left over, one after the other: the triangle that the meter wants there is made, with more
-/// neighbours for a while than a vertex has room for, and what is over limit_m then is refined. Where it wants none, or what it
-/// wants cannot be made, a triangle without samples goes from the rim. What does not come to within limit_m, with valences as
-/// they must be or were, stays as it was. Costs a copy of the mesh a triangle. Laws and `over` as for refine, but where the mesh
-/// ends at a rim, points of the rim's edges may become vertices.
+/// neighbours for a while than a vertex has room for, and what is over limit_m then is refined. Where part of it would lie beyond
+/// the mesh, its other points become vertices, those on the rim's edges too. Where the meter wants none, a triangle without
+/// samples goes from the rim, and a needle along the rim where nothing else helps. What does not come to within limit_m, with
+/// valences as they must be or were, stays as it was. Costs some copies of the mesh a triangle. Laws and `over` as for refine.
 Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m, std::span<const std::uint32_t> over);
 
 /// Makes a point of one of the tile's sides a vertex: the triangle there is cut in two. The tile beyond the side must get the

@@ -73,16 +73,22 @@ class Making : Refinement {
   bool take_off_rim(Id t) {
     const Triangle& c = mesh_.triangles[t];
     if (area(c[0], c[1], c[2]) != 1) return false;
+    crowd_ = 0;
     for (unsigned k = 0; k < 3; ++k) {
       Quad q;
-      if (!is_on_rim(t, k, q)) continue;
+      if (!is_on_rim(t, k, q) || !covers(across_[t][after(k)]) || !covers(across_[t][before(k)])) continue;
       flip(turned(q));
       return true;
     }
-    // The mesh may end at the rim. Of a triangle with two sides there a corner would lose its last one.
-    if (std::count(across_[t].begin(), across_[t].end(), kNone) != 1) return false;
-    const auto k = static_cast<unsigned>(std::find(across_[t].begin(), across_[t].end(), kNone) - across_[t].begin());
-    if (lie_on_a_side(mesh_, point(c[k]), point(c[after(k)]))) return false;
+    const std::optional<unsigned> k = edge_where_mesh_ends(t);
+    if (k) taken_off_ = t;
+    return k.has_value();
+  }
+  /// Likewise, where the mesh ends, a needle whose corner is all but on the rim.
+  bool take_off_needle(Id t) {
+    const Triangle& c = mesh_.triangles[t];
+    const std::optional<unsigned> k = edge_where_mesh_ends(t);
+    if (!k || area(c[0], c[1], c[2]) != 1 || !all_but_on(point(c[*k]), point(c[after(*k)]), point(c[before(*k)]))) return false;
     taken_off_ = t;
     return true;
   }
@@ -90,14 +96,33 @@ class Making : Refinement {
   std::optional<Id> taken_off() const { return taken_off_; }
   /// A point of the tile's side that had to be a vertex for a triangle that another one asked for.
   std::optional<MeshPoint> missing_on_side() const { return missing_on_side_; }
+  /// Why nothing was made: a point could not be a vertex, or a vertex has too many neighbours.
+  bool lacks_vertex() const { return lacks_vertex_; }
+  bool is_crowded() const { return is_crowded_; }
 
  private:
+  bool covers(Id t) const { return t != kNone && published(mesh_.triangles[t]); }
+  // The one edge of t beyond which the mesh ends, on no side of the tile. None also where the corner opposite is on the rim, too:
+  // it would be left with two fans, or with none.
+  std::optional<unsigned> edge_where_mesh_ends(Id t) const {
+    if (std::count(across_[t].begin(), across_[t].end(), kNone) != 1) return std::nullopt;
+    const auto k = static_cast<unsigned>(std::find(across_[t].begin(), across_[t].end(), kNone) - across_[t].begin());
+    const Triangle& c = mesh_.triangles[t];
+    if (lie_on_a_side(mesh_, point(c[k]), point(c[after(k)]))) return std::nullopt;
+    const std::uint32_t opposite = c[before(k)];
+    const Id first = first_around(t, opposite);
+    return across_[first][corner_of(first, opposite)] == kNone ? std::nullopt : std::optional(k);
+  }
+
   bool make(Id t, const std::array<MeshPoint, 3>& corners) {
     std::array<std::uint32_t, 3> v{};
     for (unsigned k = 0; k < 3; ++k) {
       const std::optional<std::uint32_t> made = make_vertex(t, corners[k]);
       if (!made && is_on_side(mesh_, corners[k]) && !vertex_at(mesh_, corners[k])) missing_on_side_ = corners[k];
-      if (!made) return false;
+      if (!made) {
+        lacks_vertex_ = true;
+        return false;
+      }
       v[k] = *made;
     }
     return make_edge(v[0], v[1]) && make_edge(v[1], v[2]) && make_edge(v[2], v[0]);
@@ -226,7 +251,9 @@ class Making : Refinement {
     for (std::uint32_t v = 0; v < valence_.size(); ++v) {
       const std::uint32_t most = std::max(cap(v), v < first_valence_.size() ? first_valence_[v] : 0);
       while (valence_[v] > most) {
-        if (!take_neighbour(v)) return false;
+        if (take_neighbour(v)) continue;
+        is_crowded_ = true;
+        return false;
       }
     }
     return true;
@@ -247,6 +274,7 @@ class Making : Refinement {
   const std::vector<std::uint32_t> first_valence_;  ///< indexed by vertex that was there
   std::optional<Id> taken_off_;
   std::optional<MeshPoint> missing_on_side_;
+  bool lacks_vertex_ = false, is_crowded_ = false;
 };
 
 }  // namespace
@@ -267,11 +295,13 @@ Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limi
     }
     std::optional<Refinement::Id> off;
     std::optional<MeshPoint> missing;
+    bool lacks_vertex = false, is_crowded = false;
     const auto made = [&](const auto& make, std::uint32_t crowd = kCrowd) {
       proto::TileMesh trial = mesh;
       Making making(trial, meter, limit_m, crowd);
       if (!make(making)) {
         if (making.missing_on_side()) missing = making.missing_on_side();
+        lacks_vertex = lacks_vertex || making.lacks_vertex(), is_crowded = is_crowded || making.is_crowded();
         return false;
       }
       all.inserted += static_cast<std::uint32_t>(trial.vertices() - mesh.vertices());
@@ -281,7 +311,7 @@ Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limi
     };
     const auto make_triangle = [&](Making& making) { return making.make_triangle(t, *wanted); };
     // A crowd may be in a place from which no edge can be turned away.
-    bool done = made(make_triangle) || made(make_triangle, 0);
+    bool done = made(make_triangle) || (is_crowded && made(make_triangle, 0));
     // Else with two corners on a side of the tile, whose vertices are not to be changed.
     for (const std::size_t step : {1, 2}) {
       for (std::size_t k = 0; k < 3 && !done; ++k) {
@@ -290,9 +320,9 @@ Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limi
         done = made([&](Making& making) { return making.make_triangle_on_side(t, inside, on_side); });
       }
     }
-    if (!done) done = made([&](Making& making) { return making.make_part(t, *wanted); });
-    // A needle along the rim, where the lattice's triangle would lie beyond the mesh.
-    if (!done) done = made([&](Making& making) { return making.take_off_rim(t); });
+    // Or as much of it as does not lie beyond the mesh; a needle along the rim goes.
+    if (!done && lacks_vertex) done = made([&](Making& making) { return making.make_part(t, *wanted); });
+    if (!done && lacks_vertex) done = made([&](Making& making) { return making.take_off_needle(t); });
     if (!done) {
       ++all.over;
       if (missing) all.on_sides.push_back(*missing);

@@ -13,11 +13,13 @@
 namespace cordillera::gpu {
 namespace {
 
-/// As valences count them: on a side one more than triangles.
-std::uint32_t neighbours_of(const proto::TileMesh& mesh, std::uint32_t v) {
-  const auto has = [v](const std::array<std::uint32_t, 3>& t) { return t[0] == v || t[1] == v || t[2] == v; };
-  return static_cast<std::uint32_t>(std::count_if(mesh.triangles.begin(), mesh.triangles.end(), has)) +
-         (sides_of(mesh, v) > 0 ? 1 : 0);
+std::size_t neighbours_of(const proto::TileMesh& mesh, std::uint32_t v) {
+  std::vector<std::uint32_t> all;
+  for (const auto& t : mesh.triangles) {
+    if (t[0] == v || t[1] == v || t[2] == v) all.insert(all.end(), t.begin(), t.end());
+  }
+  std::sort(all.begin(), all.end());
+  return static_cast<std::size_t>(std::unique(all.begin(), all.end()) - all.begin()) - 1;  // v itself is among them
 }
 
 /// The corner opposite the edge v - w (in this direction) of the triangle there, and that triangle.

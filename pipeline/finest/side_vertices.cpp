@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 #include <utility>
 
 #include "gpu/refine/height_step.h"
@@ -117,12 +116,12 @@ bool split_all(proto::TileMesh& mesh, const std::vector<MeshPoint>& points) {
 
 }  // namespace
 
-std::vector<std::size_t> put_on_sides(const LevelContext& context, std::vector<BuiltTile>& tiles,
-                                      const std::vector<std::vector<MeshPoint>>& on_sides) {
+std::map<std::size_t, BuiltTile> put_on_sides(const LevelContext& context, std::vector<BuiltTile>& tiles,
+                                              const std::vector<std::vector<MeshPoint>>& on_sides) {
   std::map<proto::TileAddress, std::size_t> at;
   for (std::size_t k = 0; k < tiles.size(); ++k) at.emplace(tiles[k].tile, k);
   const std::int32_t step = height_step(*context.level);
-  std::set<std::size_t> changed;
+  std::map<std::size_t, BuiltTile> before;
   for (std::size_t k = 0; k < tiles.size(); ++k) {
     for (const MeshPoint& p : on_sides[k]) {
       const SideLine line(context, tiles[k], p);
@@ -136,12 +135,12 @@ std::vector<std::size_t> put_on_sides(const LevelContext& context, std::vector<B
       for (const MeshPoint& q : points) there.push_back(line.beyond(q));
       proto::TileMesh mesh = tiles[k].mesh, mesh_beyond = tiles[other->second].mesh;
       if (!split_all(mesh, points) || !split_all(mesh_beyond, there)) continue;
+      before.try_emplace(k, tiles[k]), before.try_emplace(other->second, tiles[other->second]);
       tiles[k].mesh = std::move(mesh);
       tiles[other->second].mesh = std::move(mesh_beyond);
-      changed.insert({k, other->second});
     }
   }
-  return {changed.begin(), changed.end()};
+  return before;
 }
 
 void finish_with_sides(const LevelContext& context, std::vector<BuiltTile>& tiles, Workers& workers, const FinishTile& finish,
@@ -150,10 +149,22 @@ void finish_with_sides(const LevelContext& context, std::vector<BuiltTile>& tile
   workers.each(
       tiles.size(), [&](std::size_t k, unsigned worker) { on_sides[k] = finish(k, worker); }, haste);
   for (int round = 0; round < kMostSideRounds; ++round) {
-    const std::vector<std::size_t> changed = put_on_sides(context, tiles, on_sides);
-    if (changed.empty()) return;
-    workers.each(
-        changed.size(), [&](std::size_t k, unsigned worker) { on_sides[changed[k]] = finish(changed[k], worker); }, haste);
+    const std::map<std::size_t, BuiltTile> before = put_on_sides(context, tiles, on_sides);
+    if (before.empty()) return;
+    std::vector<std::size_t> changed;
+    for (const auto& [k, tile] : before) changed.push_back(k);
+    const auto finish_again = [&] {
+      workers.each(
+          changed.size(), [&](std::size_t k, unsigned worker) { on_sides[changed[k]] = finish(changed[k], worker); }, haste);
+    };
+    finish_again();
+    const bool is_worse = std::any_of(before.begin(), before.end(), [&](const auto& was) {
+      return tiles[was.first].max_error_m > std::max(context.level->target(), was.second.max_error_m);
+    });
+    if (!is_worse) continue;
+    for (const auto& [k, tile] : before) tiles[k] = tile;
+    finish_again();
+    return;
   }
 }
 

@@ -37,6 +37,7 @@ void put_back(BuiltTile& built, const gpu::ErrorMeter& meter, double limit_m, co
   built.put_back = refined.inserted;
   if (refined.over == 0 || refined.over > kMostLeftOver) return;
   left = over();
+  if (left.size() > kMostLeftOver) return;
   built.put_back += gpu::refine_stuck(built.mesh, meter, limit_m, left).inserted;
 }
 

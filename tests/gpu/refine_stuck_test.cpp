@@ -255,11 +255,44 @@ TEST(refine_stuck, makes_a_triangle_where_another_vertex_is_crowded) {
   EXPECT_EQ(twice_area_of(mesh), area);
 }
 
+/// A triangle at the rim, with a corner inside the mesh.
+TileMesh beside_rim(std::pair<int, int> from, std::pair<int, int> to, std::pair<int, int> inside) {
+  return mesh_of({from, to, inside, {0, 100}, {100, kSide}}, {{0, 1, 2}, {0, 2, 3}, {2, 1, 4}, {2, 4, 3}});
+}
+
 TEST(refine_stuck, takes_off_a_needle_along_a_rim_where_what_is_wanted_lies_beyond) {
+  TileMesh mesh = beside_rim({100, 100}, {101, 115}, {100, 101});
+  const Place meter(100.33, 105.3, {{{100, 105, 0}, {101, 105, 0}, {101, 106, 0}}}, std::nullopt);
+  ASSERT_EQ(refine_stuck(mesh, meter, 30, std::vector<std::uint32_t>{0}).over, 0u);
+  EXPECT_EQ(mesh.triangles, (std::vector<std::array<std::uint32_t, 3>>{{2, 4, 3}, {0, 2, 3}, {2, 1, 4}}));
+  // Half a cell is ground.
+  mesh = beside_rim({100, 100}, {101, 101}, {100, 101});
+  const TileMesh before = mesh;
+  EXPECT_EQ(refine_stuck(mesh, Place(100.3, 100.7, {{{100, 100, 0}, {101, 100, 0}, {101, 101, 0}}}, std::nullopt), 30,
+                         std::vector<std::uint32_t>{0})
+                .over,
+            1u);
+  EXPECT_EQ(mesh.triangles, before.triangles);
+}
+
+TEST(refine_stuck, leaves_no_corner_with_two_fans) {
   TileMesh mesh = mesh_of({{100, 100}, {101, 101}, {100, 101}, {0, 100}, {100, kSide}}, {{0, 1, 2}, {0, 2, 3}, {2, 1, 4}});
-  const Place meter(100.3, 100.7, {{{100, 100, 0}, {101, 100, 0}, {101, 101, 0}}}, std::nullopt);
-  EXPECT_EQ(refine_stuck(mesh, meter, 30, std::vector<std::uint32_t>{0}).over, 0u);
-  EXPECT_EQ(mesh.triangles, (std::vector<std::array<std::uint32_t, 3>>{{2, 1, 4}, {0, 2, 3}}));
+  const TileMesh before = mesh;
+  const Place meter(100.3, 100.7, {{{100, 100, 0}, {101, 100, proto::kNoHeight}, {101, 101, 0}}}, std::nullopt);
+  EXPECT_EQ(refine_stuck(mesh, meter, 30, std::vector<std::uint32_t>{0}).over, 1u);
+  EXPECT_EQ(mesh.triangles, before.triangles);
+}
+
+// A full vertex beside a rim: the rim's edge cannot be turned to it.
+TEST(refine_stuck, gives_no_vertex_more_neighbours_than_it_may_have_at_a_rim) {
+  TileMesh mesh = fan_above_a_side(kMostValence);
+  mesh.y[1] = mesh.y[2] = 63, mesh.x[1] = 127, mesh.x[2] = 128;  // twice the area of their triangle with the fan's middle is 1
+  mesh.x.push_back(127), mesh.y.push_back(0), mesh.height.push_back(proto::kNoHeight), mesh.mark.push_back(proto::kVoid);
+  const auto beyond = static_cast<std::uint32_t>(mesh.vertices() - 1);
+  mesh.triangles.push_back({2, 1, beyond});
+  const Place meter(127.7, 63.2, {{{127, 63, 0}, {128, 63, proto::kNoHeight}, {128, 64, 0}}}, std::nullopt);
+  EXPECT_EQ(refine_stuck(mesh, meter, 30, std::vector<std::uint32_t>{0}).over, 1u);
+  EXPECT_EQ(neighbours_of(mesh, 0), kMostValence);
 }
 
 TEST(refine_stuck, leaves_the_triangle_that_the_lattice_has) {
@@ -295,17 +328,17 @@ TEST(SampleMeter, wants_the_triangle_of_the_lattice_beside_the_worst_sample) {
   EXPECT_EQ(wanted({100, 100}, {80, 60}, {99, 60}), (Places{{100, 100}, {99, 99}, {100, 99}}));
   EXPECT_EQ(wanted({100, 100}, {101, 60}, {140, 60}), (Places{{100, 100}, {100, 99}, {101, 100}}));
   EXPECT_TRUE(wanted({10, 10}, {40, 10}, {40, 40}).empty()) << "it is near enough";
+  // Beside a corner without data the cell is cut the other way.
+  samples.height[101 * (kSide + 1) + 101] = samples.height[99 * (kSide + 1) + 99] = proto::kNoHeight;
+  EXPECT_EQ(wanted({100, 100}, {101, 100}, {100, 101}), (Places{{100, 100}, {101, 100}, {100, 101}}));
+  EXPECT_EQ(wanted({100, 100}, {99, 100}, {100, 99}), (Places{{100, 100}, {99, 100}, {100, 99}}));
 }
 
 TEST(refine_stuck, takes_off_a_triangle_that_no_sample_lies_in_where_the_mesh_ends_at_a_rim) {
-  TileMesh mesh;
-  mesh.side = kSide;
-  for (const auto& [x, y] : {std::pair{100, 100}, {101, 101}, {100, 101}, {0, 100}, {100, kSide}})
-    mesh.x.push_back(x), mesh.y.push_back(y), mesh.height.push_back(0), mesh.mark.push_back(0);
-  mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {2, 1, 4}};
+  TileMesh mesh = beside_rim({100, 100}, {101, 101}, {100, 101});
   const Place meter(100.3, 100.7, {{{100, 100, 0}, {101, 100, proto::kNoHeight}, {101, 101, 0}}}, std::nullopt);
   EXPECT_EQ(refine_stuck(mesh, meter, 30, std::vector<std::uint32_t>{0}).over, 0u);
-  EXPECT_EQ(mesh.triangles, (std::vector<std::array<std::uint32_t, 3>>{{2, 1, 4}, {0, 2, 3}}));
+  EXPECT_EQ(mesh.triangles, (std::vector<std::array<std::uint32_t, 3>>{{2, 4, 3}, {0, 2, 3}, {2, 1, 4}}));
 }
 
 }  // namespace

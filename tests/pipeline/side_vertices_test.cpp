@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <map>
 
@@ -48,6 +50,11 @@ class SideVertices : public testing::Test {
     context_ = {&lattice_, &level_, true, &samples_};
   }
 
+  std::vector<std::size_t> changed_by(const std::vector<std::vector<gpu::MeshPoint>>& on_sides) {
+    std::vector<std::size_t> changed;
+    for (const auto& [k, tile] : put_on_sides(context_, tiles_, on_sides)) changed.push_back(k);
+    return changed;
+  }
   static std::map<std::int32_t, std::int32_t> line(const proto::TileMesh& mesh, std::int32_t x) {
     std::map<std::int32_t, std::int32_t> vertices;
     for (std::uint32_t v = 0; v < mesh.vertices(); ++v) {
@@ -75,7 +82,7 @@ class SideVertices : public testing::Test {
 
 TEST_F(SideVertices, are_the_same_in_both_tiles_and_the_side_is_no_farther_from_its_samples) {
   const double before = farthest(line(tiles_[0].mesh, kTileSide));
-  EXPECT_EQ(put_on_sides(context_, tiles_, {{{kTileSide, 100, height_at(100)}}, {}, {}}), (std::vector<std::size_t>{0, 1}));
+  EXPECT_EQ(changed_by({{{kTileSide, 100, height_at(100)}}, {}, {}}), (std::vector<std::size_t>{0, 1}));
   const auto west = line(tiles_[0].mesh, kTileSide), east = line(tiles_[1].mesh, 0);
   EXPECT_EQ(west, east);
   EXPECT_TRUE(west.contains(100));
@@ -83,7 +90,30 @@ TEST_F(SideVertices, are_the_same_in_both_tiles_and_the_side_is_no_farther_from_
   EXPECT_LT(west.size(), 12u) << "no more than that takes";
   EXPECT_EQ(line(tiles_[2].mesh, kTileSide).size(), 2u) << "another side";
   EXPECT_TRUE(put_on_sides(context_, tiles_, {{{kTileSide, 100, height_at(100)}}, {}, {}}).empty()) << "it is a vertex already";
-  EXPECT_EQ(put_on_sides(context_, tiles_, {{}, {}, {{50, 0, 0}}}), (std::vector<std::size_t>{0, 2})) << "a side that runs east";
+  EXPECT_EQ(changed_by({{}, {}, {{50, 0, 0}}}), (std::vector<std::size_t>{0, 2})) << "a side that runs east";
+}
+
+// What pixels want comes after what samples are promised.
+TEST_F(SideVertices, go_out_again_where_a_tile_is_above_its_target_then) {
+  const std::vector<BuiltTile> before = tiles_;
+  Workers workers(2);
+  for (const double error_m : {10.0, 11.0}) {
+    tiles_ = before;
+    std::array<std::atomic<int>, 3> finished{};
+    finish_with_sides(context_, tiles_, workers, [&](std::size_t k, unsigned) {
+      ++finished[k];
+      const bool is_cut = tiles_[k].mesh.vertices() > before[k].mesh.vertices();
+      tiles_[k].max_error_m = k == 1 && is_cut ? error_m : 9;
+      return k == 0 && !is_cut ? std::vector<gpu::MeshPoint>{{kTileSide, 100, height_at(100)}} : std::vector<gpu::MeshPoint>();
+    });
+    const bool stays = error_m <= level_.target();
+    for (const std::size_t k : {0, 1}) {
+      EXPECT_EQ(tiles_[k].mesh.vertices() > before[k].mesh.vertices(), stays) << error_m;
+      EXPECT_EQ(finished[k], stays ? 2 : 3) << "what is encoded is of the mesh that stays";
+      EXPECT_LE(tiles_[k].max_error_m, level_.target());
+    }
+    EXPECT_EQ(finished[2], 1);
+  }
 }
 
 TEST_F(SideVertices, go_in_on_both_sides_or_not_at_all) {

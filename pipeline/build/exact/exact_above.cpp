@@ -346,11 +346,11 @@ void ErrorStatement::put_back() {
     const gpu::Refined refined = gpu::refine(tile_.mesh, meter, limit_m, over, SIZE_MAX);
     tile_.put_back = refined.inserted;
     bool changed = refined.inserted + refined.flipped > 0;
-    if (refined.over > 0 && refined.over <= kMostLeftOver) {
+    if (refined.over > 0) {
       const std::vector<std::uint32_t> left = measured();
-      const gpu::Refined stuck = gpu::refine_stuck(tile_.mesh, meter, limit_m, left);
-      tile_.put_back += stuck.inserted;
-      changed = changed || stuck.over < left.size();
+      const auto triangles = tile_.mesh.triangles;
+      if (left.size() <= kMostLeftOver) tile_.put_back += gpu::refine_stuck(tile_.mesh, meter, limit_m, left).inserted;
+      changed = changed || tile_.mesh.triangles != triangles;
     }
     changed = gpu::flip_turned(tile_.mesh, upright, known_, limit_m) > 0 || changed;
     measured();
