@@ -290,7 +290,7 @@ TEST(refine_stuck, gives_no_vertex_more_neighbours_than_it_may_have_at_a_rim) {
   mesh.x.push_back(127), mesh.y.push_back(0), mesh.height.push_back(proto::kNoHeight), mesh.mark.push_back(proto::kVoid);
   const auto beyond = static_cast<std::uint32_t>(mesh.vertices() - 1);
   mesh.triangles.push_back({2, 1, beyond});
-  const Place meter(127.7, 63.2, {{{127, 63, 0}, {128, 63, proto::kNoHeight}, {128, 64, 0}}}, std::nullopt);
+  const Place meter(127.7, 63.2, {{{127, 63, 0}, {128, 64, 0}, {127, 64, proto::kNoHeight}}}, std::nullopt);
   EXPECT_EQ(refine_stuck(mesh, meter, 30, std::vector<std::uint32_t>{0}).over, 1u);
   EXPECT_EQ(neighbours_of(mesh, 0), kMostValence);
 }
