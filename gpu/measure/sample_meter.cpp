@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gpu/mesh/lattice_triangle.h"
+
 namespace cordillera::gpu {
 namespace {
 
@@ -86,22 +88,15 @@ std::optional<std::array<MeshPoint, 3>> SampleMeter::wanted(const std::array<Mes
   return lattice_triangle(x, y, east, north);
 }
 
-// Cells are cut from south-west to north-east; where the cell's only void is one of these two, the other way.
 std::optional<std::array<MeshPoint, 3>> SampleMeter::lattice_triangle(std::int32_t x, std::int32_t y, std::int64_t east,
                                                                       std::int64_t north) const {
   const std::int32_t i = east >= 0 ? x : x - 1, j = north >= 0 ? y : y - 1;  // the cell's south-western corner
   if (i < 0 || j < 0 || i >= side_ || j >= side_) return std::nullopt;
-  const auto at = [&](std::int32_t column, std::int32_t row) {
-    return MeshPoint{i + column, j + row, meter_.window().at(i + column, j + row)};
-  };
-  const MeshPoint south_west = at(0, 0), south_east = at(1, 0), north_east = at(1, 1), north_west = at(0, 1);
-  const bool is_end = (east >= 0) == (north >= 0);  // of the usual diagonal; else of the other one
-  // Which side of a diagonal: to the south-east of the usual one, to the south-west of the other.
-  const bool to_south_east = is_end ? east >= north : east < 0, to_south_west = is_end ? east >= 0 : east + north <= 0;
-  if (north_east.height == proto::kNoHeight && to_south_west) return std::array{south_west, south_east, north_west};
-  if (south_west.height == proto::kNoHeight && !to_south_west) return std::array{north_east, north_west, south_east};
-  if (to_south_east) return std::array{south_west, south_east, north_east};
-  return std::array{south_west, north_east, north_west};
+  // A little off the corner. By a power of two, so that nothing is rounded.
+  const double near =
+      std::exp2(-3 - std::ilogb(static_cast<double>(std::max({std::abs(east), std::abs(north), std::int64_t{1}}))));
+  return gpu::lattice_triangle(i, j, x - i + near * static_cast<double>(east), y - j + near * static_cast<double>(north),
+                               [&](std::int32_t column, std::int32_t row) { return meter_.window().at(column, row); });
 }
 
 }  // namespace cordillera::gpu

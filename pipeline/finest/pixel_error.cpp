@@ -10,13 +10,13 @@
 #include "gpu/measure/sample_meter.h"
 #include "gpu/measure/surface_memory.h"
 #include "gpu/measure/upright.h"
+#include "gpu/mesh/lattice_triangle.h"
 #include "gpu/refine/height_step.h"
 #include "pipeline/bound/overlay.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/store/pixel_error_sum.h"
 #include "pipeline/tile/sample_at.h"
 #include "pipeline/tile/tile_error.h"
-#include "raster/sample/back_projection.h"
 
 namespace cordillera::pipeline {
 
@@ -162,15 +162,8 @@ class PixelMeter final : public gpu::ErrorMeter {
     const raster::PixelPoint& pixel = pixels_[worst->pixel];
     const std::int32_t x = std::min(static_cast<std::int32_t>(pixel.x), side_ - 1),
                        y = std::min(static_cast<std::int32_t>(pixel.y), side_ - 1);
-    const auto height = [&](std::uint32_t east, std::uint32_t north) { return sample(west_ + x + east, south_ + y + north); };
-    const auto around =
-        raster::triangle_around(pixel.x - x, pixel.y - y, height(0, 0) == proto::kNoHeight, height(1, 1) == proto::kNoHeight);
-    std::array<gpu::MeshPoint, 3> out;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto& [east, north, weight] = around[k];
-      out[k] = {x + static_cast<std::int32_t>(east), y + static_cast<std::int32_t>(north), height(east, north)};
-    }
-    return out;
+    return gpu::lattice_triangle(x, y, pixel.x - x, pixel.y - y,
+                                 [&](std::int32_t east, std::int32_t north) { return sample(west_ + east, south_ + north); });
   }
 
  private:

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "proto/cell_triangle.h"
 #include "proto/ellipsoid.h"
 #include "proto/mesh.h"
 #include "proto/wide.h"
@@ -18,7 +19,7 @@ constexpr int kRounds = kProjectionRounds;  // a round carries what the window's
 // the ground. But most walls can: samples that are bounded at first find that out. Without bounds made towers of 80 m wore crowns
 // of 28 m, with bounds of 7 m.
 constexpr int kBoundedRounds = kRounds * 2 / 3;
-// Beside a wall alone: where samples as near as that differ by more cells than so many. Peaks of mountains keep their freedom.
+// Beside a wall alone: where samples as near as that differ by more than the height of so many cells. Peaks stay free.
 constexpr double kWallCells = 5;
 // Each vertex takes its share of a residual divided by the number of pixels that move it (component averaging: Censor, Gordon and
 // Gordon 2001). So it converges for any pixels and any step below 2; this one leaves a tenth a round where pixels share no
@@ -190,7 +191,7 @@ class Sheet {
   Hold hold_of(const PixelPoint& pixel, std::uint32_t cell) const {
     const auto columns = static_cast<std::uint32_t>(samples_.columns), west = static_cast<std::uint32_t>(pixel.x),
                south = south_of(pixel);
-    const auto corners = triangle_around(pixel.x - west, pixel.y - south, is_void(cell), is_void(cell + columns + 1));
+    const auto corners = proto::triangle_around(pixel.x - west, pixel.y - south, is_void(cell), is_void(cell + columns + 1));
     Hold h;
     for (std::size_t k = 0; k < 3; ++k) {
       h.vertex[k] = cell + corners[k].north * columns + corners[k].east;

@@ -28,29 +28,14 @@ inline double spacing(const proto::Source& source, const proto::Lattice& lattice
   return std::max(cell_m / source.pixel_height_m(), cell_m * std::cos(latitude * kRadians) / source.pixel_width_m());
 }
 
-/// A corner of a cell: steps east and north of its south-western one, and how much of a place's height is this corner's.
-struct CellCorner {
-  std::uint32_t east = 0, north = 0;
-  double weight = 0;
-};
-
-/// The triangle of the surface between samples at a place (x, y) of a cell, both 0 to 1, counter-clockwise. Cells are cut from
-/// south-west to north-east; where the cell's only void is one of these two, the other way.
-inline std::array<CellCorner, 3> triangle_around(double x, double y, bool south_west_is_void, bool north_east_is_void) {
-  if (x + y <= 1 && north_east_is_void) return {{{0, 0, 1 - x - y}, {1, 0, x}, {0, 1, y}}};
-  if (x + y >= 1 && south_west_is_void) return {{{1, 1, x + y - 1}, {0, 1, 1 - x}, {1, 0, 1 - y}}};
-  if (x >= y) return {{{0, 0, 1 - x}, {1, 0, x - y}, {1, 1, y}}};
-  return {{{0, 0, 1 - y}, {1, 1, x}, {0, 1, y - x}}};
-}
-
 /// Cells around a sample whose pixels and samples it may depend on: one a round, and those that its bounds are made of.
 inline constexpr int kProjectionRounds = 12, kBoundsReach = 2;
 inline constexpr std::int64_t kProjectionReach = kProjectionRounds + kBoundsReach + 2;
 
-/// The same source, but samples of the lattice of that level are moved until the surface between them (triangle_around) is within
-/// so many metres of the pixels, and nearer beside the sides of tiles. What a pixel's centre is farther off is spread onto the
-/// three vertices around it, in kProjectionRounds rounds. In the first eight of them no sample beside a wall leaves the heights
-/// of the samples up to kBoundsReach away and of the pixels that move it, lest it rings more than it must. A sample
+/// The same source, but samples of the lattice of that level are moved until the surface between them (proto::triangle_around) is
+/// within so many metres of the pixels, and nearer beside the sides of tiles. What a pixel's centre is farther off is spread onto
+/// the three vertices around it, in kProjectionRounds rounds. In the first eight of them no sample beside a wall leaves the
+/// heights of the samples up to kBoundsReach away and of the pixels that move it, lest it rings more than it must. A sample
 /// depends on the source's pixels and samples around it, the lattice and within_m alone, not on what else the source holds. Stay
 /// as they are: still water, poles, voids, and vertices beside which no pixel is too far off. Voids that are filled move. What
 /// would leave the range of heights is held to it.
