@@ -24,7 +24,7 @@ proto::Result<std::vector<BlockMesh>> Engine<Executor>::simplify_above(const Gro
   block.west = ground.west, block.south = ground.south;
   block.columns = ground.columns, block.rows = ground.rows;
   block.curve = ground.curve, block.curve_up = ground.curve_up;
-  block.narrowest_m = ground.narrowest_m;
+  block.sample_m = ground.sample_m;
   lay_out_blocks({&block, 1}, plan, Holds::squares);
   load_ground(ground, joined_depths(ground, plan.levels.back().rim_reach, to_valid, to_void));
   load_curves({&block, 1});

@@ -64,7 +64,8 @@ void Engine<Executor>::begin(std::span<const Block> blocks, const BlockPlan& pla
   lay_out_blocks(blocks, plan, Holds::samples);
   load(blocks);
   load_curves(blocks);
-  find_depths(std::max(plan.levels.back().rim_reach, plan.known_reach));
+  // What is next to a rim is asked everywhere.
+  find_depths(std::max({0, plan.levels.back().rim_reach, plan.known_reach}));
   executor_->wait();
   times_.load_s = watch.lap();
   bound(0);
@@ -95,7 +96,7 @@ void Engine<Executor>::lay_out_blocks(std::span<const Block> blocks, const Block
     view.east = field.columns - 1;
     view.north = field.rows - 1;
     for (std::size_t side = 0; side < 4; ++side) view.sides_held |= blocks[b].sides[side] == SideKind::shared ? 1u << side : 0u;
-    view.narrowest_m = blocks[b].narrowest_m;
+    view.sample_m = blocks[b].sample_m;
     view.lattice_x = static_cast<std::int32_t>(proto::modulo(blocks[b].west, lattice_period_));
     view.lattice_y = static_cast<std::int32_t>(proto::modulo(blocks[b].south, lattice_period_));
     places_[b].sample = samples_;

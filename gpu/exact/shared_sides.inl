@@ -27,12 +27,15 @@ inline SideSamples side_samples(const Block& block, Side side) {
                      y = block.south + (side == kNorth ? block.rows - 1 : 0);
   SideSamples samples;
   samples.lattice = along_x ? x : y;
-  if (!along_x)
+  if (!along_x) {
     samples.bend = block.curve_up;
-  else if (!block.curve.empty()) {
-    const CurveRow& row = block.curve[static_cast<std::size_t>(y - block.south)];
-    samples.bend = row.along;
-    samples.sway = row.sway;
+    samples.from_pole = !block.curve.empty() && block.curve.front().is_pole();
+    samples.to_pole = !block.curve.empty() && block.curve.back().is_pole();
+  } else if (!block.curve.empty()) {
+    const auto row = [&](std::int64_t at) { return block.curve[static_cast<std::size_t>(at - block.south)]; };
+    samples.bend = row(y).along;
+    samples.on_pole = row(y).is_pole();
+    samples.sway = row(!samples.on_pole ? y : side == kNorth ? y - kSideReach : y + kSideReach).north(1);
   }
   for (int r = -kSideReach; r <= kSideReach; ++r) {
     std::vector<std::int32_t>& row = samples.row[static_cast<std::size_t>(r + kSideReach)];

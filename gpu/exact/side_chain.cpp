@@ -42,10 +42,7 @@ class Coarsening {
     version_.assign(place_.size(), 0);
     gone_.assign(place_.size(), 0);
     for (int r = 0; r < kRows; ++r) {
-      for (int i = 0; i < n; ++i) {
-        const bool end = i == 0 || i == n - 1;
-        height(r, i) = samples_.is_void(r, at(i)) ? 0 : rounded(end ? samples_.height(r, at(i)) : height(r, i), step_);
-      }
+      for (int i = 0; i < n; ++i) height(r, i) = samples_.is_void(r, at(i)) ? 0 : rounded(height(r, i), step_);
     }
   }
 
@@ -81,8 +78,10 @@ class Coarsening {
   double tolerance(int r) const { return tolerance_[static_cast<std::size_t>(r)]; }
   bool stays(int i) const {
     if (i == 0 || i == count() - 1 || ((samples_.lattice + at(i)) & (rules_.tile_side - 1)) == 0) return true;
-    return ((samples_.lattice + at(i)) & (std::max(rules_.tile_side / kVoidChords, 1) - 1)) == 0 &&
-           voids(at(i), at(i)) == Voids::all;
+    if ((samples_.from_pole && stays_on_meridian(at(i), rules_.tile_side)) ||
+        (samples_.to_pole && stays_on_meridian(samples_.length() - at(i), rules_.tile_side)))
+      return true;
+    return ((samples_.lattice + at(i)) & (std::max(rules_.tile_side / kVoidChords, 1) - 1)) == 0 && is_empty(at(i));
   }
 
   /// What a chord from a to b is lower at s than a line of the lattice, as a height.
@@ -95,26 +94,31 @@ class Coarsening {
       worst = std::max(worst, std::abs(height_a + rise * (s - a) + sag(a, s, b) - samples_.height(r, s)));
     return worst;
   }
-  /// How many of the samples from a to b, on all rows, are void: none, all, or some.
-  enum class Voids { none, some, all };
-  Voids voids(int a, int b) const {
-    bool any = false, all = true;
-    for (int r = 0; r < kRows; ++r) {
-      for (int s = a; s <= b; ++s) {
-        any = any || samples_.is_void(r, s);
-        all = all && samples_.is_void(r, s);
-      }
+  /// Of a row's samples from a to b.
+  enum class Kind { valid, empty, mixed };
+  Kind kind(int r, int a, int b) const {
+    const bool is_void = samples_.is_void(r, a);
+    for (int s = a + 1; s <= b; ++s) {
+      if (samples_.is_void(r, s) != is_void) return Kind::mixed;
     }
-    return all ? Voids::all : any ? Voids::some : Voids::none;
+    return is_void ? Kind::empty : Kind::valid;
+  }
+  bool is_empty(int s) const {
+    for (int r = 0; r < kRows; ++r) {
+      if (!samples_.is_void(r, s)) return false;
+    }
+    return true;
   }
   /// What the chord from vertex i to vertex j is off, as a share of what is allowed; above 1: it must not be.
   double share(int i, int j) {
     const int a = at(i), b = at(j);
     if (b - a > (i == 0 || j == count() - 1 ? std::min(kLongestAtEnds, longest_) : longest_)) return 2;
-    const Voids kinds = voids(a, b);
-    if (kinds != Voids::none) return kinds == Voids::all ? 0 : 2;
+    for (int r = 0; r < kRows; ++r) {
+      if (kind(r, a, b) == Kind::mixed) return 2;
+    }
     double worst = 0;
     for (int r = 0; r < kRows && worst <= 1; ++r) {
+      if (samples_.is_void(r, a)) continue;
       if (!(tolerance(r) > 0)) return 2;
       worst = std::max(worst, off_chord(r, a, height(r, i), b, height(r, j), tolerance(r)) / tolerance(r));
     }
@@ -145,9 +149,10 @@ class Coarsening {
   }
   /// Every vertex of a row to the least squares of the samples on its two chords, if all stay within; else half-way, else not.
   void fit_heights(int r) {
+    if (samples_.on_pole && r == kSideReach) return;
     for (int i = after(0); i < count() - 1; i = after(i)) {
       const int a = before(i), b = after(i);
-      if (!(tolerance(r) > 0) || voids(at(a), at(b)) != Voids::none) continue;
+      if (!(tolerance(r) > 0) || kind(r, at(a), at(b)) != Kind::valid) continue;
       double sum = 0, weights = 0;
       for (int s = at(a) + 1; s < at(b); ++s) {
         const int end = s <= at(i) ? a : b;

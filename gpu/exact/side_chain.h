@@ -25,14 +25,16 @@ struct SideSamples {
   std::int64_t lattice = 0;                          ///< of the first sample, along the side
   double bend = 0;                                   ///< of a chord, see Curve
   double sway = 0;                                   ///< likewise; of a side along a meridian 0
+  bool from_pole = false, to_pole = false;           ///< a side along a meridian begins at a pole; ends there
+  bool on_pole = false;                              ///< the side is one point, and keeps one height
 
   int length() const { return static_cast<int>(row[0].size()) - 1; }
   bool is_void(int r, int s) const { return row[static_cast<std::size_t>(r)][static_cast<std::size_t>(s)] == proto::kNoHeight; }
   std::int32_t height(int r, int s) const { return row[static_cast<std::size_t>(r)][static_cast<std::size_t>(s)]; }
 };
 
-/// Vertices at the same places of all rows, the side's ends among them. Chords have valid samples alone, or void ones alone, on
-/// all rows; a void one is no longer than a 32nd of a tile's side, from a multiple of that.
+/// Vertices at the same places of all rows, the side's ends among them. On each row a chord has valid samples alone, or void ones
+/// alone; one that is void on all rows is no longer than a 32nd of a tile's side, from a multiple of that.
 struct SideChain {
   std::vector<int> place;                                            ///< ascending
   std::array<std::vector<std::int32_t>, SideSamples::kRows> height;  ///< indexed by row, then like place; void: 0

@@ -38,12 +38,11 @@ struct Block {
   /// level 0.
   std::array<SideKind, 4> sides{};
   /// What the curvature of the earth is to a flat triangle: over (u, v) samples from a corner its height is that of a plane, and
-  /// along * u * u + up * v * v (kHeightStep_m, not below 0), but for what its edges sway from their lines on the lattice: by up
-  /// to sway * u * u samples to the north, and sway * u * v to the east. Indexed by row, functions of the row's latitude alone,
-  /// so that blocks that share a side agree; empty: 0.
+  /// along * u * u + up * v * v (kHeightStep_m, not below 0), but for what its edges sway from their lines on the lattice.
+  /// Indexed by row, functions of the row's latitude alone, so that blocks that share a side agree; empty: flat.
   std::span<const CurveRow> curve{};
   float curve_up = 0;
-  double narrowest_m = 1;  ///< across a sample, where they are narrowest: what a level's rounding is measured in
+  double sample_m = 1;  ///< from row to row, at the least: what a level's rounding is measured in
 };
 inline constexpr std::int32_t kMostSamples = 16385;  ///< each way
 inline constexpr int kMostRimReach = 12;
@@ -114,7 +113,7 @@ struct Ground {
   Squares squares;
   std::span<const CurveRow> curve{};  ///< see Block, as what follows
   float curve_up = 0;
-  double narrowest_m = 1;
+  double sample_m = 1;
 
   std::size_t across() const { return static_cast<std::size_t>((columns - 1) / 8 + 1); }
   std::size_t up() const { return static_cast<std::size_t>((rows - 1) / 8 + 1); }

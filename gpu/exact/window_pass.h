@@ -59,9 +59,12 @@ struct LoadVertex {
   CORDILLERA_HD void operator()(int i) const {
     const std::uint32_t v = (pass.order + pass.first[number])[i];
     const std::uint8_t mark = pass.mesh.mark[v];
-    const bool locked = load_ring(i, v) || (mark & kHeld);
     const std::uint32_t position = pass.mesh.position[v];
     const int x = position_x(position), y = position_y(position);
+    const std::uint8_t lines = lines_at(x, y);
+    const bool outside = load_ring(i, v),
+               on_meridian = (lines & kOnUpright) && stays_on_meridian(w.curve.at(y).to_pole, pass.rules.tile_side);
+    const bool locked = outside || (mark & kHeld) || on_meridian;
     w.position(i) = position;
     w.height(i) = pass.mesh.height[v];
     w.truth(i) = block.field.height_at(x, y);
@@ -69,7 +72,7 @@ struct LoadVertex {
     w.tried(i) = locked ? 1 : 0;  // 0 later: its ring has changed
     w.target(i) = 0;
     w.key(i) = kNever;
-    w.flag(i) = static_cast<std::uint8_t>(lines_at(x, y) | (locked ? kLocked : 0) | ((mark & kVoidVertex) ? kVoidHere : 0));
+    w.flag(i) = static_cast<std::uint8_t>(lines | (locked ? kLocked : 0) | ((mark & kVoidVertex) ? kVoidHere : 0));
     w.state(i) = locked || (mark & kSettled) ? kClean : kStale;
   }
 };

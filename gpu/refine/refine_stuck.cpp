@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <iterator>
+#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -14,6 +15,7 @@ namespace {
 constexpr std::uint32_t kCrowd = 4;       // neighbours more than its valence allows that a vertex has for a while
 constexpr std::size_t kMostCrowded = 16;  // points that go in there at a time
 constexpr std::size_t kMostTurns = 256;   // of edges that cross one that is to be there
+constexpr int kMostWalked = 8;            // from a triangle to the rim
 constexpr int kMostMore = 4;              // triangles that one made along a wall may ask for, too
 
 bool lacks_data(const std::array<MeshPoint, 3>& corners) {
@@ -44,7 +46,7 @@ class Making : Refinement {
   /// Makes these points vertices and the lines between them edges, which neighbours on the lattice can always be, and refines
   /// what that has left over the limit. False: some is left, or a vertex has too many neighbours.
   bool make_triangle(Id t, const std::array<MeshPoint, 3>& corners) {
-    if (lacks_data(corners)) return take_off_rim(t);
+    if (lacks_data(corners)) return take_off_rim(t) || take_off_beyond(t, corners) || make_rim(t, corners);
     return make(t, corners) && finish(t);
   }
   /// Likewise a corner inside the tile, and the ends of the edge that passes another one on the tile's side. False also where a
@@ -69,29 +71,55 @@ class Making : Refinement {
     }
     return result_.inserted > 0 && finish(t);
   }
-  /// Of twice the area of 1: no sample lies in it or on its sides, so none is uncovered.
+  /// Those of its points that have data, where a triangle on the rim shows what has none: then that part of it may be taken off.
+  bool make_rim(Id t, const std::array<MeshPoint, 3>& corners) {
+    crowd_ = kCrowd;
+    for (const MeshPoint& p : corners) {
+      if (p.height != proto::kNoHeight) make_vertex(t, p);
+    }
+    if (result_.inserted == 0 || !finish(t, Left::rim)) return false;
+    for (Id u = 0; u < mesh_.triangles.size(); ++u) {
+      if (known_[u] && is_over(u)) slivers_.push_back(u);
+    }
+    return true;
+  }
+  /// Where no sample lies in it nor on the edge that is on the rim, so none is uncovered.
   bool take_off_rim(Id t) {
-    const Triangle& c = mesh_.triangles[t];
-    if (area(c[0], c[1], c[2]) != 1) return false;
     crowd_ = 0;
-    for (unsigned k = 0; k < 3; ++k) {
+    for (unsigned k = 0; k < 3 && is_smallest(t); ++k) {
       Quad q;
       if (!is_on_rim(t, k, q) || !covers(across_[t][after(k)]) || !covers(across_[t][before(k)])) continue;
       flip(turned(q));
       return true;
     }
-    const std::optional<unsigned> k = edge_where_mesh_ends(t);
-    if (k) taken_off_ = t;
-    return k.has_value();
+    if (!is_sliver(t)) return false;
+    taken_off_ = t;
+    return true;
+  }
+  /// Likewise one between it and a point without data: one after the other, until it is on the rim itself.
+  bool take_off_beyond(Id t, const std::array<MeshPoint, 3>& corners) {
+    const MeshPoint empty = *std::ranges::find(corners, proto::kNoHeight, &MeshPoint::height);
+    for (int steps = 0; steps < kMostWalked; ++steps) {
+      unsigned k = 0;
+      while (k < 3 && twice_area(point(mesh_.triangles[t][k]), point(mesh_.triangles[t][after(k)]), empty) >= 0) ++k;
+      if (k == 3 || across_[t][k] == kNone) return false;
+      t = across_[t][k];
+      if (!is_sliver(t)) continue;
+      taken_off_ = t;
+      return true;
+    }
+    return false;
   }
   /// Likewise, where the mesh ends, a needle whose corner is all but on the rim.
   bool take_off_needle(Id t) {
     const Triangle& c = mesh_.triangles[t];
     const std::optional<unsigned> k = edge_where_mesh_ends(t);
-    if (!k || area(c[0], c[1], c[2]) != 1 || !all_but_on(point(c[*k]), point(c[after(*k)]), point(c[before(*k)]))) return false;
+    if (!k || !is_smallest(t) || !all_but_on(point(c[*k]), point(c[after(*k)]), point(c[before(*k)]))) return false;
     taken_off_ = t;
     return true;
   }
+  /// What make_rim has left over the limit, to be taken off.
+  const std::vector<Id>& slivers() const { return slivers_; }
   /// The triangle that was taken off the rim.
   std::optional<Id> taken_off() const { return taken_off_; }
   /// A point of the tile's side that had to be a vertex for a triangle that another one asked for.
@@ -101,9 +129,32 @@ class Making : Refinement {
   bool is_crowded() const { return is_crowded_; }
 
  private:
+  enum class Left { nothing, rim };  // that may be left over the limit
+
+  bool is_smallest(Id t) const {
+    const Triangle& c = mesh_.triangles[t];
+    return area(c[0], c[1], c[2]) == 1;
+  }
+  // May go from the rim. Of the samples on its sides none lies between the ends of the one beyond which the mesh ends, and none
+  // within it (G. Pick's theorem, 1899). Or it is a smallest one that hangs on by one side: the sample at its tip is all but
+  // alone.
+  bool is_sliver(Id t) const {
+    const Triangle& c = mesh_.triangles[t];
+    const auto steps = [&](unsigned corner) {
+      const MeshPoint a = point(c[corner]), b = point(c[after(corner)]);
+      return std::gcd(b.x - a.x, b.y - a.y);
+    };
+    const std::optional<unsigned> k = edge_where_mesh_ends(t);
+    if (k) return steps(*k) == 1 && area(c[0], c[1], c[2]) == steps(after(*k)) + steps(before(*k)) - 1;
+    return is_smallest(t) && std::count(across_[t].begin(), across_[t].end(), kNone) == 2 && !touches_tile_side(t);
+  }
+  bool touches_tile_side(Id t) const {
+    const Triangle& c = mesh_.triangles[t];
+    return std::any_of(c.begin(), c.end(), [&](std::uint32_t v) { return is_on_side(mesh_, point(v)); });
+  }
   bool covers(Id t) const { return t != kNone && published(mesh_.triangles[t]); }
   // The one edge of t beyond which the mesh ends, on no side of the tile. None also where the corner opposite is on the rim, too:
-  // it would be left with two fans, or with none.
+  // it would be left with two fans.
   std::optional<unsigned> edge_where_mesh_ends(Id t) const {
     if (std::count(across_[t].begin(), across_[t].end(), kNone) != 1) return std::nullopt;
     const auto k = static_cast<unsigned>(std::find(across_[t].begin(), across_[t].end(), kNone) - across_[t].begin());
@@ -130,7 +181,7 @@ class Making : Refinement {
 
   // What making a triangle has left over the limit, and neighbours that are too many. Along a wall each triangle that is made may
   // leave the next one over it, which is made then. t: may be as it was, when all was there already.
-  bool finish(Id t) {
+  bool finish(Id t, Left may_be_left = Left::nothing) {
     for (int more = 0;; ++more) {
       std::vector<Id> changed{t};
       for (Id u = 0; u < mesh_.triangles.size(); ++u) {
@@ -139,8 +190,9 @@ class Making : Refinement {
       crowd_ = refining_crowd_;
       run(changed, kMostCrowded);
       crowd_ = kCrowd;
-      const Id worst = worst_known();
+      const Id worst = worst_known(may_be_left);
       if (!is_over(worst)) return disperse();
+      if (may_be_left == Left::rim && is_sliver(worst)) return disperse();
       if (more == kMostMore) return false;
       const Triangle& c = mesh_.triangles[worst];
       const auto wanted = meter_.wanted({point(c[0]), point(c[1]), point(c[2])}, limit_m_);
@@ -235,11 +287,12 @@ class Making : Refinement {
     return false;
   }
 
-  // Of the triangles that were measured.
-  Id worst_known() const {
+  // Of the triangles that were measured, but for slivers where these may be left.
+  Id worst_known(Left may_be_left) {
     Id worst = 0;
+    const auto counts = [&](Id t) { return known_[t] && !(may_be_left == Left::rim && is_over(t) && is_sliver(t)); };
     for (Id t = 0; t < mesh_.triangles.size(); ++t) {
-      if (known_[t] && (!known_[worst] || error_[t].error_m > error_[worst].error_m)) worst = t;
+      if (counts(t) && (!counts(worst) || error_[t].error_m > error_[worst].error_m)) worst = t;
     }
     return worst;
   }
@@ -273,6 +326,7 @@ class Making : Refinement {
   const std::uint32_t refining_crowd_;
   const std::vector<std::uint32_t> first_valence_;  ///< indexed by vertex that was there
   std::optional<Id> taken_off_;
+  std::vector<Id> slivers_;
   std::optional<MeshPoint> missing_on_side_;
   bool lacks_vertex_ = false, is_crowded_ = false;
 };
@@ -294,6 +348,7 @@ Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limi
       continue;
     }
     std::optional<Refinement::Id> off;
+    std::vector<Refinement::Id> slivers;
     std::optional<MeshPoint> missing;
     bool lacks_vertex = false, is_crowded = false;
     const auto made = [&](const auto& make, std::uint32_t crowd = kCrowd) {
@@ -306,6 +361,7 @@ Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limi
       }
       all.inserted += static_cast<std::uint32_t>(trial.vertices() - mesh.vertices());
       off = making.taken_off();
+      slivers = making.slivers();
       mesh = std::move(trial);
       return true;
     };
@@ -330,10 +386,20 @@ Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limi
         if (p.height != proto::kNoHeight && is_on_side(mesh, p) && !vertex_at(mesh, p)) all.on_sides.push_back(p);
       }
     }
-    if (!off) continue;
+    if (!off) {
+      left.insert(left.end(), slivers.begin(), slivers.end());
+      continue;
+    }
+    std::erase(left, *off);
+    if (*off != t) left.push_back(t);
+    const Refinement::Triangle gone = mesh.triangles[*off];
     const auto last = static_cast<Refinement::Id>(mesh.triangles.size() - 1);
     mesh.triangles[*off] = mesh.triangles[last];
     mesh.triangles.pop_back();
+    for (const std::uint32_t v : gone) {
+      if (std::none_of(mesh.triangles.begin(), mesh.triangles.end(), [v](const auto& t) { return std::ranges::count(t, v) > 0; }))
+        mesh.mark[v] |= proto::kVoid;
+    }
     std::replace(left.begin(), left.end(), last, *off);
   }
   return all;

@@ -79,7 +79,7 @@ class BlockBuild {
     block.sides = place_.sides;
     block.curve = curve_.rows;
     block.curve_up = curve_.up;
-    block.narrowest_m = narrowest_m(plan_, place_);
+    block.sample_m = sample_m(plan_);
     std::vector<std::future<EncodedLevel>> under_way;
     const auto take = [&](std::size_t l, BlockMesh&& mesh) {
       if (l == 0) under_way.clear();  // a lost device's
@@ -223,7 +223,7 @@ class AboveBuild {
         known_(lattice_, above_.ground) {
     above_.ground.curve = curve_.rows;
     above_.ground.curve_up = curve_.up;
-    above_.ground.narrowest_m = narrowest_m(plan_, place_);
+    above_.ground.sample_m = sample_m(plan_);
   }
 
   proto::Result<std::vector<EncodedTile>> run(ExactSimplifiers& simplifiers) {

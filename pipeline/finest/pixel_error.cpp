@@ -20,27 +20,44 @@
 
 namespace cordillera::pipeline {
 
-TilePixels::Facet::Facet(const Corners& corners, const std::array<Spot, 3>& spots)
+TilePixels::Facet::Facet(const Corners& corners, const std::array<Spot, 3>& spots, const Poles& poles)
     : plane_(gpu::plane_of(spots[0].at, spots[1].at, spots[2].at)) {
   double edge2_m2 = 0;
   for (std::size_t k = 0; k < 3; ++k) {
-    const std::size_t next = k == 2 ? 0 : k + 1;
-    const gpu::MeshPoint &a = corners[k], &b = corners[next];
-    const double dx = b.x - a.x, dy = b.y - a.y;
-    side_[k] = {static_cast<double>(a.x), static_cast<double>(a.y), dx, dy, dy == 0 ? 0 : dx / dy,
-                std::min(a.y, b.y),       std::max(a.y, b.y)};
+    const std::size_t next = (k + 1) % 3;
+    const gpu::MeshPoint &a = corners[k], &b = corners[next], &c = corners[(k + 2) % 3];
     const proto::Vec3 edge = spots[next].at - spots[k].at;
     edge2_m2 = std::max(edge2_m2, proto::dot(edge, edge));
+    if (poles.fan_out_at(a, b, c)) {
+      add_side({c.x, a.y, 0}, {b.x, a.y, 0});
+      add_side({b.x, a.y, 0}, b);
+    } else if (poles.fan_out_at(b, c, a)) {
+      add_side(a, {a.x, b.y, 0});
+    } else {
+      add_side(a, b);
+    }
   }
   std::tie(low_, high_) = std::minmax({corners[0].y, corners[1].y, corners[2].y});
   const auto [low_m, high_m] = std::minmax({spots[0].height_m, spots[1].height_m, spots[2].height_m});
   range_ = gpu::height_range(low_m, high_m, edge2_m2, proto::kHeightStep_m);
 }
 
+bool TilePixels::Poles::fan_out_at(const gpu::MeshPoint& a, const gpu::MeshPoint& b, const gpu::MeshPoint& c) const {
+  const auto alone_on = [&](std::int32_t row) { return a.y == row && b.y != row && c.y != row; };
+  return (south && alone_on(0) && b.x > c.x) || (north && alone_on(*north) && b.x < c.x);
+}
+
+void TilePixels::Facet::add_side(const gpu::MeshPoint& a, const gpu::MeshPoint& b) {
+  const double dx = b.x - a.x, dy = b.y - a.y;
+  side_[sides_++] = {static_cast<double>(a.x), static_cast<double>(a.y), dx, dy, dy == 0 ? 0 : dx / dy,
+                     std::min(a.y, b.y),       std::max(a.y, b.y)};
+}
+
 TilePixels::TilePixels(const proto::Lattice& lattice, const proto::TileAddress& tile, std::int32_t side,
                        const std::vector<raster::PixelPoint>& pixels)
     : earth_(lattice, tile),
       side_(side),
+      poles_{tile.y == 0, tile.y + 1 == proto::tiles_up(tile.z) ? std::optional(side) : std::nullopt},
       start_(static_cast<std::size_t>(side) * static_cast<std::size_t>(side) + 2, 0),
       pixels_(pixels.size()) {
   // First each cell's end, at the next but one; then the next one's grows from the cell's start to its end.
@@ -151,6 +168,7 @@ class PixelMeter final : public gpu::ErrorMeter {
     if (worst->error_m <= limit_m) return error;
     error.count = 0;
     offer_around(pixels_[worst->pixel], error);
+    if (error.count < kCorners) offer_within(corners, pixels_[worst->pixel], error);
     return error;
   }
 
@@ -167,6 +185,7 @@ class PixelMeter final : public gpu::ErrorMeter {
   }
 
  private:
+  static constexpr int kCorners = 4;  // of a cell
   struct Worst {
     std::uint32_t pixel;
     double error_m;
@@ -184,8 +203,8 @@ class PixelMeter final : public gpu::ErrorMeter {
   // The nearest first; those that are vertices already are passed over.
   void offer_around(const raster::PixelPoint& pixel, gpu::TriangleError& error) const {
     const auto x = static_cast<std::int32_t>(pixel.x), y = static_cast<std::int32_t>(pixel.y);
-    std::array<std::pair<double, gpu::MeshPoint>, 4> around;
-    for (std::size_t k = 0; k < 4; ++k) {
+    std::array<std::pair<double, gpu::MeshPoint>, kCorners> around;
+    for (std::size_t k = 0; k < kCorners; ++k) {
       const gpu::MeshPoint at{x + static_cast<std::int32_t>(k & 1), y + static_cast<std::int32_t>(k >> 1), 0};
       around[k] = {std::hypot(at.x - pixel.x, at.y - pixel.y), at};
     }
@@ -195,6 +214,26 @@ class PixelMeter final : public gpu::ErrorMeter {
       at.height = sample(west_ + at.x, south_ + at.y);
       if (at.height != proto::kNoHeight) error.offer(at);
     }
+  }
+
+  // Where some of those have no data: the nearest sample in the triangle, which then leaves a smaller one on the rim.
+  void offer_within(const std::array<gpu::MeshPoint, 3>& corners, const raster::PixelPoint& pixel,
+                    gpu::TriangleError& error) const {
+    constexpr std::int32_t kReach = 8;
+    const auto x = static_cast<std::int32_t>(pixel.x), y = static_cast<std::int32_t>(pixel.y);
+    std::optional<std::pair<double, gpu::MeshPoint>> nearest;
+    for (gpu::MeshPoint at{0, y - kReach, 0}; at.y <= y + kReach; ++at.y) {
+      for (at.x = x - kReach; at.x <= x + kReach; ++at.x) {
+        const double distance = std::hypot(at.x - pixel.x, at.y - pixel.y);
+        if ((nearest && distance >= nearest->first) || !is_inside(corners, at)) continue;
+        at.height = sample(west_ + at.x, south_ + at.y);
+        if (at.height != proto::kNoHeight) nearest = {distance, at};
+      }
+    }
+    if (nearest) error.offer(nearest->second);
+  }
+  static bool is_inside(const std::array<gpu::MeshPoint, 3>& c, const gpu::MeshPoint& p) {
+    return gpu::twice_area(c[0], c[1], p) > 0 && gpu::twice_area(c[1], c[2], p) > 0 && gpu::twice_area(c[2], c[0], p) > 0;
   }
 
   std::int32_t sample(std::int64_t i, std::int64_t j) const { return sample_at(samples_, lattice_, i, j); }

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -33,7 +35,7 @@ class TilePixels {
   /// f(pixel, error in metres) for those in a triangle, its sides included, until it returns false.
   template <class F>
   void each_error(const Corners& corners, const F& f) const {
-    each_error(Facet(corners, {earth_.at(corners[0]), earth_.at(corners[1]), earth_.at(corners[2])}), f);
+    each_error(Facet(corners, {earth_.at(corners[0]), earth_.at(corners[1]), earth_.at(corners[2])}, poles_), f);
   }
 
   /// Indices of a mesh's published triangles that are farther than the limit from a pixel.
@@ -42,10 +44,19 @@ class TilePixels {
   proto::PixelErrors errors(const proto::TileMesh& mesh);
 
  private:
-  /// A triangle in plan and in space.
+  /// Rows of the tile that are a pole.
+  struct Poles {
+    bool south = false;
+    std::optional<std::int32_t> north;
+    /// A pole's row is one point. A triangle with one corner there, a, shows all columns between the other two up to the pole,
+    /// and beside it triangles that have two show nothing. a, b and c are counter-clockwise.
+    bool fan_out_at(const gpu::MeshPoint& a, const gpu::MeshPoint& b, const gpu::MeshPoint& c) const;
+  };
+
+  /// A triangle in plan, with all that it shows of a pole, and in space.
   class Facet {
    public:
-    Facet(const Corners& corners, const std::array<Spot, 3>& spots);
+    Facet(const Corners& corners, const std::array<Spot, 3>& spots, const Poles& poles);
 
     /// False for a triangle that is a line in space.
     bool shows() const { return plane_.shows(); }
@@ -54,7 +65,7 @@ class TilePixels {
     /// First and last cell of a row that it reaches into, or one more.
     std::pair<std::int32_t, std::int32_t> stretch(std::int32_t row) const {
       double west = INFINITY, east = 0;
-      for (const Side& side : side_) {
+      for (const Side& side : sides()) {
         if (row > side.north || row + 1 < side.south) continue;
         const double a = side.x_at(std::max(row, side.south)), b = side.x_at(std::min(row + 1, side.north));
         west = std::min({west, a, b});
@@ -65,7 +76,7 @@ class TilePixels {
     }
     /// Exact: places are multiples of 2^-20 of a cell.
     bool holds(double x, double y) const {
-      return std::all_of(side_.begin(), side_.end(), [&](const Side& s) { return s.dx * (y - s.y) - s.dy * (x - s.x) >= 0; });
+      return std::ranges::all_of(sides(), [&](const Side& s) { return s.dx * (y - s.y) - s.dy * (x - s.x) >= 0; });
     }
     /// At a place on the ellipsoid and what is up there.
     double error_m(const proto::Vec3& at, const proto::Vec3& up, double height_m) const {
@@ -81,7 +92,11 @@ class TilePixels {
       std::int32_t south, north;
       double x_at(std::int32_t row) const { return x + slope * (row - y); }
     };
-    std::array<Side, 3> side_;
+    void add_side(const gpu::MeshPoint& a, const gpu::MeshPoint& b);
+    std::span<const Side> sides() const { return {side_.data(), sides_}; }
+
+    std::array<Side, 5> side_;  // three, and one more for each pole
+    std::size_t sides_ = 0;
     std::int32_t low_, high_;
     gpu::Plane plane_;
     gpu::HeightRange range_;
@@ -126,6 +141,7 @@ class TilePixels {
 
   const Earth earth_;
   const std::int32_t side_;
+  const Poles poles_;
   std::vector<std::uint32_t> start_;  ///< indexed by cell: its first pixel
   std::vector<Placed> pixels_;        ///< cell by cell, by rows from the south-west
   std::vector<Seen> seen_;            ///< indexed by triangle

@@ -24,9 +24,9 @@ double reach_m(const proto::Plan& plan, int level) {
 }
 double reach_m(const proto::Plan& plan, const proto::LevelPlan& level) { return reach_m(plan, static_cast<int>(level.level())); }
 
-/// As fine as the level asks for; around a pole as fine as float32 allows.
+/// As fine as the level asks for; around a pole as fine as float32 allows, but in exact blocks.
 double wanted_step_m(const proto::Plan& plan, const proto::LevelPlan& level) {
-  if (reaches_pole(plan)) return 0;
+  if (!plan.exact() && reaches_pole(plan)) return 0;
   return std::min(reach_m(plan, level) / kStepsPerTile,
                   possible_target_m(plan, level) * (plan.exact() ? kExactStepShare : kStepShare));
 }

@@ -29,8 +29,7 @@ constexpr double kRimCells = 0.5;              // that a rim may move in a level
 constexpr double kRimExtentShare = 1.0 / 256;  // small data keeps its outline, however coarse the level
 constexpr int kExactLevels = 2;                // of an exact block, at least: what is merged above it is measured against both
 constexpr const char* kWithoutExact = "strategy=waves";
-constexpr double kExactLatitude_deg = 85;  // towards a pole a row of the lattice is no line any more
-constexpr double kPixelShare = 1.0 / 10;   // of the finest target: see pixels_within_m
+constexpr double kPixelShare = 1.0 / 10;  // of the finest target: see pixels_within_m
 
 using proto::floor_divide;
 
@@ -157,10 +156,10 @@ void derive_level(const proto::Plan& plan, proto::LevelPlan& level) {
   const proto::Lattice lattice = lattice_of(plan);
   const int z = static_cast<int>(level.level());
   const double target_m = possible_target_m(plan, level);
-  const bool at_pole = reaches_pole(plan);
+  const bool at_pole = !plan.exact() && reaches_pole(plan);
   set_ecef_steps(plan, level);
   // Around a pole two heights a step apart would stand a hand's breadth beside each other, and tilt what is measured along the
-  // normal.
+  // normal. Exact blocks have no such triangles but where the ground is as steep.
   const double height_step = at_pole ? 0 : std::min(target_m * kHeightStepShare, kGreatestHeightStep_m);
   level.set_height_step(power_of_two_below(std::max(height_step, proto::kHeightStep_m)));
   // Above the blocks half of the target is spent already: children's errors are added. Rounding takes its part, all of it where
@@ -264,7 +263,8 @@ void use_smaller_blocks(proto::Plan& plan, std::int64_t most) {
 
 std::string why_waves(const proto::Plan& plan) {
   if (plan.exact() || plan.options().strategy() != kAutoStrategy) return "";
-  return "strategy=auto is waves here: " + check_exact(plan).problem().detail;
+  const auto checked = check_exact(plan);  // ok: an earlier version could not, and the dataset keeps its strategy
+  return checked.ok() ? "" : "strategy=auto is waves here: " + checked.problem().detail;
 }
 
 proto::Result<void> check_exact(const proto::Plan& plan) {
@@ -272,10 +272,7 @@ proto::Result<void> check_exact(const proto::Plan& plan) {
     return proto::Problem{"options-conflict", "strategy exact " + std::move(detail), accepted + ", or " + kWithoutExact,
                           "strategy"};
   };
-  const proto::Lattice lattice = lattice_of(plan);
-  if (lattice.latitude_deg(plan.window(1)) < -kExactLatitude_deg || lattice.latitude_deg(plan.window(3)) > kExactLatitude_deg)
-    return refused("does not go up to a pole", "data between 85 degrees south and north");
-  const int finest = lattice.finest_level;
+  const int finest = lattice_of(plan).finest_level;
   if (static_cast<int>(plan.min_level()) + kExactLevels > finest)
     return refused("needs two coarser levels", "min_level " + std::to_string(std::max(0, finest - kExactLevels)) + " or less");
   if (plan.options().keep_size() > 0) return refused("keeps an error, not a share", "error=");
@@ -333,9 +330,8 @@ raster::Source::Window node_window(const proto::Plan& plan, const proto::TileAdd
     const std::int64_t west = std::max<std::int64_t>(node_west + turn * circle, plan.window(0));
     const std::int64_t east = std::min<std::int64_t>(node_west + turn * circle + units, plan.window(2));
     if (west > east) continue;
-    // Data on both ends of the circle: the whole node, once.
-    if (result.west <= result.east && west - result.west > units)
-      return {node_west, result.south, node_west + units, result.north};
+    // Data on both ends of the circle, be it a line that the node ends at: the whole node, once.
+    if (result.west <= result.east && units < circle) return {node_west, result.south, node_west + units, result.north};
     result.west = std::min(result.west, west);
     result.east = std::max(result.east, east);
   }

@@ -35,7 +35,7 @@ double greatest_target_m(const proto::Plan& plan, int level);
 void use_smaller_blocks(proto::Plan& plan, std::int64_t most);
 /// Why strategy=auto is waves, a sentence; empty where it is exact, or a strategy was asked for by name. It has a window.
 std::string why_waves(const proto::Plan& plan);
-/// Why a plan cannot be exact: a pole, shares, too few levels. It has a window.
+/// Why a plan cannot be exact: shares, too few levels. It has a window.
 proto::Result<void> check_exact(const proto::Plan& plan);
 
 /// How near to the raster's own pixels the surface between samples is brought before anything is simplified, metres; 0: samples

@@ -177,9 +177,6 @@ proto::Result<proto::Plan> plan_again(const BuildRequest& request, raster::Sourc
   for (const std::int64_t side : {window.west, window.south, window.east, window.north})
     plan.add_window(static_cast<std::int32_t>(side));
   for (proto::LevelPlan& numbers : *plan.mutable_levels()) derive_level(plan, numbers);
-  if (plan.exact()) {
-    if (const auto checked = check_exact(plan); !checked.ok()) return checked.problem();
-  }
   plan.set_program(proto::kProgram);
   plan.set_source_state(state_of(request));
   return plan;

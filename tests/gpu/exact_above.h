@@ -16,7 +16,7 @@ inline proto::Result<std::vector<BlockMesh>> simplified_above(BlockSimplifier& s
   ground.west = block.west, ground.south = block.south;
   ground.columns = block.columns, ground.rows = block.rows;
   ground.curve = block.curve, ground.curve_up = block.curve_up;
-  ground.narrowest_m = block.narrowest_m;
+  ground.sample_m = block.sample_m;
   Watch watch;
   watch.squares = [&](std::size_t, Squares&& squares) { ground.squares = std::move(squares); };
   auto finer = simplifier.simplify({&block, 1}, in_block, watch);

@@ -109,7 +109,7 @@ INSTANTIATE_TEST_SUITE_P(Made, ExactBorders,
                          testing::Values(std::pair{"alpine", 5.0}, std::pair{"rolling", 2.0}, std::pair{"city", 2.0},
                                          std::pair{"islands", 3.0}, std::pair{"noise", 5.0}, std::pair{"plane", 0.1},
                                          std::pair{"comb", 1.0}, std::pair{"cliff", 1.0}, std::pair{"sparse", 3.0},
-                                         std::pair{"void", 3.0}),
+                                         std::pair{"void", 3.0}, std::pair{"shore", 3.0}),
                          [](const auto& test) { return std::string(test.param.first); });
 
 TEST(ExactBorder, ThreadsDoNotShow) {

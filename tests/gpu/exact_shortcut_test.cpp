@@ -325,6 +325,7 @@ TEST(ExactEightColumns, PullAsEverySampleDoes) {
 class AnyStar {
  public:
   void make(std::mt19937& random) {
+    constexpr int kMiddle = 1000;
     const auto any = [&random](int count) { return static_cast<int>(random() % static_cast<unsigned>(count)); };
     const int valence = 3 + any(kRingWidth - 2), wide = 4 << any(6);
     std::vector<std::pair<int, int>> around;
@@ -337,7 +338,8 @@ class AnyStar {
     std::rotate(around.begin(), around.begin() + any(valence), around.end());
     view.rules.tolerance = static_cast<float>(1 << any(14));
     view.rules.least_width = 0.5f * static_cast<float>(any(3));
-    constexpr int kMiddle = 1000;
+    view.rules.rim_reach = any(3) - 1;
+    rows_[kMiddle] = {0.01f, any(2) ? 1e-5f : 0.05f, 1 / static_cast<float>(1 << any(10))};
     const float steep = static_cast<float>(any(200)), rough = static_cast<float>(1 << any(12));
     const bool voids = any(4) == 0;
     for (int v = 0; v <= valence; ++v) {
@@ -369,7 +371,7 @@ TEST(ExactWholeRing, SaysWhatPlaceAfterPlaceSays) {
   std::mt19937 random(23);
   AnyStar star;
   int going = 0, staying = 0, two_chunks = 0;
-  for (int k = 0; k < 50000; ++k) {
+  for (int k = 0; k < 100000; ++k) {
     star.make(random);
     const WindowView& w = star.view;
     evaluate(w, 0, AloneLane{});

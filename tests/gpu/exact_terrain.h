@@ -9,7 +9,7 @@
 namespace cordillera::gpu::exact {
 
 /// A sample's height in 2^-10 m, proto::kNoHeight where void. comb: upright teeth of one column; cliff: 2 km; sparse: single
-/// valid samples among voids, and the other way round; tower: one sample of 8 km.
+/// valid samples among voids, and the other way round; tower: one sample of 8 km; shore: no data north of row 0.
 inline std::int32_t made_height(const std::string& name, std::int64_t x, std::int64_t y) {
   const std::uint32_t random = bench::mixed(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y), 7);
   if (name == "comb") return (x & 1) && (y & 31) > 3 ? 300 * 1024 : static_cast<std::int32_t>(y * 100);
@@ -19,6 +19,7 @@ inline std::int32_t made_height(const std::string& name, std::int64_t x, std::in
     const bool rare = random % 97 == 0, inside = x > 40 && x < 100 && y > 20 && y < 90;
     return rare == inside ? static_cast<std::int32_t>(1024 * (x + y)) : proto::kNoHeight;
   }
+  if (name == "shore") return y > 0 ? proto::kNoHeight : static_cast<std::int32_t>(1024 * (x + y) / 8 + random % 512);
   if (name == "void") return proto::kNoHeight;
   for (int kind = 0; kind < 6; ++kind) {
     if (name == bench::kTerrainNames[kind]) return bench::terrain_height(static_cast<bench::Terrain>(kind), x, y);

@@ -275,6 +275,35 @@ TEST(refine_stuck, takes_off_a_needle_along_a_rim_where_what_is_wanted_lies_beyo
   EXPECT_EQ(mesh.triangles, before.triangles);
 }
 
+// It covers samples on a side that the next triangle has, too.
+TEST(refine_stuck, takes_off_a_sliver_whose_samples_others_show) {
+  const Place meter(100.3, 102.2, {{{100, 102, 0}, {101, 102, proto::kNoHeight}, {101, 103, proto::kNoHeight}}}, std::nullopt);
+  TileMesh mesh = beside_rim({100, 100}, {101, 105}, {100, 102});
+  const std::int64_t area = twice_area_of(mesh);
+  ASSERT_EQ(refine_stuck(mesh, meter, 30, std::vector<std::uint32_t>{0}).over, 0u);
+  EXPECT_EQ(mesh.triangles.size(), 3u);
+  EXPECT_EQ(twice_area_of(mesh), area - 2);
+  // One with a sample of its own is cut first, so that the sample stays.
+  mesh = beside_rim({100, 100}, {101, 105}, {98, 102});
+  const std::int64_t larger = twice_area_of(mesh);
+  ASSERT_EQ(refine_stuck(mesh, meter, 30, std::vector<std::uint32_t>{0}).over, 0u);
+  EXPECT_EQ(twice_area_of(mesh), larger - 2);
+  EXPECT_TRUE(std::any_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const auto& t) {
+    return std::ranges::any_of(t, [&](std::uint32_t v) { return mesh.x[v] == 100 && mesh.y[v] == 102; });
+  }));
+}
+
+// The place is shown by two triangles. To take off the second, the first goes; it waits to be looked at itself.
+TEST(refine_stuck, takes_off_what_lies_between_a_triangle_and_the_rim) {
+  TileMesh mesh = mesh_of({{100, 100}, {101, 101}, {100, 103}, {101, 100}}, {{0, 1, 2}, {0, 3, 1}});
+  const Place meter(100.5, 100.5, {{{100, 100, 0}, {101, 101, 0}, {101, 100, proto::kNoHeight}}}, std::nullopt);
+  refine_stuck(mesh, meter, 30, std::vector<std::uint32_t>{0, 1});
+  for (const auto& t : mesh.triangles) {
+    for (const std::uint32_t v : t) EXPECT_LT(v, mesh.vertices());
+  }
+  EXPECT_LT(mesh.triangles.size(), 2u);
+}
+
 TEST(refine_stuck, leaves_no_corner_with_two_fans) {
   TileMesh mesh = mesh_of({{100, 100}, {101, 101}, {100, 101}, {0, 100}, {100, kSide}}, {{0, 1, 2}, {0, 2, 3}, {2, 1, 4}});
   const TileMesh before = mesh;

@@ -61,6 +61,17 @@ TEST(TouchedTiles, AreThoseWhoseClosedRectangleMeetsTheWindow) {
   }
 }
 
+TEST(NodeWindow, OfARootIsNoWiderThanItWhereDataGoesAround) {
+  const proto::Plan plan = plan_with(2, {0, 20, 2048, 1000});
+  for (const std::int32_t x : {0, 1}) {
+    const raster::Source::Window window = node_window(plan, {0, x, 0});
+    EXPECT_EQ(window.west, 1024 * x);
+    EXPECT_EQ(window.east, 1024 * (x + 1));
+    EXPECT_EQ(window.south, 20);
+    EXPECT_EQ(window.north, 1000);
+  }
+}
+
 TEST(TouchedTiles, OfANodeAreNotLookedForInTheWholeLevel) {
   // The whole earth at level 20: its finest level has 2^41 tiles, which nobody could list.
   const proto::Lattice lattice{20};

@@ -109,10 +109,10 @@ TEST_F(AutoStrategy, is_waves_for_shares) {
   expect_waves("keeps an error, not a share");
 }
 
-TEST_F(AutoStrategy, is_waves_at_a_pole) {
+TEST_F(AutoStrategy, is_exact_at_a_pole_too) {
   put(points_of({6, 500, 64 * kTile - 50}, 40, 40, [](int c, int r) { return 10.0 * ((c * 7 + r * 3) % 11); }));
   request_.options.set_error(100);
-  expect_waves("does not go up to a pole");
+  EXPECT_EQ(build("auto").options().strategy(), "exact");
 }
 
 TEST_F(AutoStrategy, is_waves_where_coarser_levels_are_missing) {

@@ -4,6 +4,8 @@
 #include <atomic>
 #include <cmath>
 #include <numbers>
+#include <string>
+#include <tuple>
 
 #include "pipeline/build/build.h"
 #include "pipeline/check/check.h"
@@ -40,14 +42,23 @@ TEST(place, over_the_antimeridian) {
   EXPECT_EQ(built.levels.at(0).size(), 2u);
 }
 
-class Pole : public testing::TestWithParam<const char*> {};
+/// A CRS, and a strategy.
+class Pole : public testing::TestWithParam<std::tuple<std::string, std::string>> {
+ protected:
+  static const std::string& crs() { return std::get<0>(GetParam()); }
+  static proto::BuildOptions with_error(double error_m) {
+    proto::BuildOptions options = whole::with_error(error_m);
+    options.set_strategy(std::get<1>(GetParam()));
+    return options;
+  }
+};
 TEST_P(Pole, is_one_point) {
   // 120 x 120 pixels of 500 m around the pole; the pole is a corner of the four middle pixels.
-  const bool north = std::string(GetParam()) == "EPSG:3413";
+  const bool north = crs() == "EPSG:3413";
   Dem dem;
   dem.columns = dem.rows = 120;
   dem.geotransform = {-30000, 500, 0, 30000, 0, -500};
-  dem.crs = GetParam();
+  dem.crs = crs();
   dem.height = [](int c, int r) {
     return 2000 + 300 * std::cos(0.1 * c) * std::sin(0.13 * r) - 0.2 * std::hypot(c - 59.5, r - 59.5);
   };
@@ -81,7 +92,7 @@ Dem cap(const std::string& crs) {
   return dem;
 }
 TEST_P(Pole, nothing_is_upside_down_on_a_cap) {
-  EXPECT_THAT(judge(build_dem(cap(GetParam()), with_error(60)), {20000, 0}), IsEmpty());
+  EXPECT_THAT(judge(build_dem(cap(crs()), with_error(60)), {20000, 0}), IsEmpty());
 }
 
 TEST_P(Pole, nothing_is_upside_down_where_each_pixel_is_another) {
@@ -90,30 +101,35 @@ TEST_P(Pole, nothing_is_upside_down_where_each_pixel_is_another) {
   Dem dem;
   dem.columns = dem.rows = 36;
   dem.geotransform = {-36000, 2000, 0, 36000, 0, -2000};
-  dem.crs = GetParam();
+  dem.crs = crs();
   const HeightOf noise = rough(31);
   dem.height = [noise](int c, int r) { return 600 + 200 * std::sin(0.2 * c) * std::cos(0.15 * r) + noise(c, r); };
-  EXPECT_THAT(judge(build_dem(dem, {}), {20000, 0}), IsEmpty());
+  proto::BuildOptions options;
+  options.set_strategy(std::get<1>(GetParam()));
+  EXPECT_THAT(judge(build_dem(dem, options), {20000, 0}), IsEmpty());
 }
 
-TEST_P(Pole, a_cap_is_sound_beside_its_raster) {
-  const Folder folder;
-  write(cap(GetParam()), folder.path("dem.tif"));
+/// Builds it, and looks for faults beside its raster.
+proto::Manifest sound(const Dem& dem, const proto::BuildOptions& options, const Folder& folder) {
+  write(dem, folder.path("dem.tif"));
   pipeline::BuildRequest request;
   request.raster_path = folder.path("dem.tif");
   request.raster_name = "dem.tif";
-  request.id = "cap";
-  request.store_path = folder.path("cap.sqlite");
-  request.options = with_error(60);
+  request.id = "made";
+  request.store_path = folder.path("made.sqlite");
+  request.options = options;
+  request.options.set_vertical_datum("ellipsoid");
   const std::atomic<bool> stop = false;
   const auto built = pipeline::build(request, nullptr, stop);
-  ASSERT_TRUE(built.ok()) << built.problem().line();
+  if (!built.ok()) throw std::runtime_error(built.problem().line());
   const auto report = pipeline::check::check_store(request.store_path, request.raster_path);
-  ASSERT_TRUE(report.ok()) << report.problem().line();
+  if (!report.ok()) throw std::runtime_error(report.problem().line());
   for (const auto& finding : report->findings.kept()) ADD_FAILURE() << finding.where << ": " << finding.what;
   EXPECT_EQ(report->unmeasured, 0u);
   EXPECT_GT(report->measured, 10u);
+  return *built;
 }
+TEST_P(Pole, a_cap_is_sound_beside_its_raster) { sound(cap(crs()), with_error(60), Folder()); }
 
 // Columns are far closer than pixels of this raster are long, and each of its columns is another one.
 TEST(place, a_plate_up_to_a_pole) {
@@ -125,7 +141,38 @@ TEST(place, a_plate_up_to_a_pole) {
   EXPECT_THAT(judge(build_dem(dem, with_error(60)), {20000, 0}), IsEmpty());
 }
 
-INSTANTIATE_TEST_SUITE_P(place, Pole, testing::Values("EPSG:3413", "EPSG:3031"));
+INSTANTIATE_TEST_SUITE_P(place, Pole,
+                         testing::Combine(testing::Values("EPSG:3413", "EPSG:3031"), testing::Values("waves", "exact")));
+
+/// Hills of all sizes that go around without a seam.
+HeightOf hills_of_the_earth() {
+  return [](int c, int r) {
+    const double lon = (c + 0.5) * 2 * std::numbers::pi / 1440, lat = (0.5 - (r + 0.5) / 720) * std::numbers::pi;
+    const double x = std::cos(lat) * std::cos(lon), y = std::cos(lat) * std::sin(lon), z = std::sin(lat);
+    double height = 0, scale = 3, relief = 1500;
+    for (int k = 0; k < 7; ++k, scale *= 2.1, relief *= 0.55)
+      height += relief * std::sin(scale * x + k) * std::cos(scale * y + 2 * k) * std::cos(scale * z);
+    return height;
+  };
+}
+
+// A world's grid, the most usual raster that has poles: two roots that meet twice. All pixels are seen, up to both poles.
+TEST(place, the_whole_earth) {
+  Dem dem;
+  dem.columns = 1440;
+  dem.rows = 720;
+  dem.geotransform = {-180, 0.25, 0, 90, 0, -0.25};
+  dem.height = hills_of_the_earth();
+  const Folder folder;
+  const proto::Manifest earth = sound(dem, {}, folder);
+  EXPECT_EQ(earth.options().strategy(), "exact");
+  EXPECT_EQ(earth.tiles(), 2u + 8 + 32);
+  const proto::ErrorAtPixels& pixels = earth.source().error_at_pixels();
+  EXPECT_EQ(pixels.pixels(), 1440 * 720);
+  EXPECT_EQ(pixels.uncovered(), 0);
+  for (const proto::LevelSummary& level : earth.levels()) EXPECT_LE(level.stated_max_error(), level.target()) << level.level();
+  EXPECT_LE(pixels.max(), earth.levels(0).target());
+}
 
 TEST(place, rotated_in_utm) {
   // 200 x 150 pixels of 30 m, turned by 25 degrees.

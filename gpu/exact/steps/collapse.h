@@ -59,7 +59,7 @@ class Evaluation {
         x_(w.x(u)),
         y_(w.y(u)),
         z_(w.height(u)),
-        sway_(w.curve.at(w.y(u)).sway) {
+        curve_(w.curve.at(w.y(u))) {
     sum_quadric();
   }
 
@@ -101,20 +101,22 @@ class Evaluation {
   /// The whole of it in every lane: floats are added in one order.
   CORDILLERA_HD void sum_quadric() {
     const bool u_void = (w_.flag(u_) & kVoidHere) != 0;
-    bool a_void = (w_.flag(w_.entry(u_, 0)) & kVoidHere) != 0;
+    bool a_void = is_void(0);
     Place a = place(0);
-    all_valid_ = !u_void && !a_void;
+    voids_ = triangles_ < valence_ && a_void ? 1 : 0;
     for (int k = 0; k < triangles_; ++k) {
       const int after = w_.after(u_, k);
-      const bool b_void = (w_.flag(w_.entry(u_, after)) & kVoidHere) != 0;
+      const bool b_void = is_void(after);
       const Place b = place(after);
       if (!u_void && !a_void && !b_void) {
         quadric_.add(static_cast<float>(a.x), static_cast<float>(a.y), a.z, static_cast<float>(b.x), static_cast<float>(b.y),
                      b.z);
       }
-      all_valid_ = all_valid_ && !b_void;
+      voids_ += b_void;
+      rims_ += a_void != b_void;
       a = b, a_void = b_void;
     }
+    all_valid_ = !u_void && voids_ == 0;
   }
   CORDILLERA_HD bool may_go_to(int slot) const {
     if (w_.tried(u_) >> slot & 1) return false;
@@ -123,8 +125,18 @@ class Evaluation {
     if ((flag & kOnUpright) && w_.x(v) != x_) return false;
     if ((flag & kOnLevel) && w_.y(v) != y_) return false;
     const int gain = valence_ - ((flag & kOpenFan) ? 3 : 4);
-    return gain <= 0 || w_.valence(v) + gain <= valence_cap(w_.flag(v));
+    return (gain <= 0 || w_.valence(v) + gain <= valence_cap(w_.flag(v))) && keeps_rim(slot);
   }
+  /// Where rims may not move, a vertex of one goes along it: between two neighbours of which one is void. Others would be nearer,
+  /// and measured in vain. It has two published triangles or more, side by side, so that all of their corners keep one.
+  CORDILLERA_HD bool keeps_rim(int slot) const {
+    if (w_.rules.rim_reach >= 0) return true;
+    if (w_.flag(u_) & kVoidHere) return is_void(slot);
+    if (voids_ == 0) return true;
+    if ((w_.flag(u_) & kOpenFan) || rims_ != 2 || valence_ - voids_ < 3 || is_void(slot)) return false;
+    return is_void(slot == 0 ? valence_ - 1 : slot - 1) != is_void(w_.after(u_, slot));
+  }
+  CORDILLERA_HD bool is_void(int slot) const { return (w_.flag(w_.entry(u_, slot)) & kVoidHere) != 0; }
   /// No triangle turns over, in plan or in space; and, since it is known at once: the sample under the vertex itself stays within
   /// the tolerance.
   CORDILLERA_HD bool is_legal(int slot) const {
@@ -150,27 +162,36 @@ class Evaluation {
   }
 
   /// Seen along a corner's normal the others are beside their places on the lattice, by up to twice of what Curve says of an
-  /// edge, and rounded. A needle that is narrower than that may show its back.
+  /// edge, and rounded. A needle that is narrower than that, as wide as samples are there, may show its back.
   CORDILLERA_HD bool is_upright(std::int32_t area, const Place& a, const Place& b, const Place& c) const {
-    const int wide = extent(a.x, b.x, c.x), high = extent(a.y, b.y, c.y);
-    const auto longest = static_cast<float>(greatest(wide, high));
-    return static_cast<float>(area) > (w_.rules.least_width + 4 * sway_ * static_cast<float>(wide) * longest) * longest;
+    const float wide = wide_of(a, b, c), high = high_of(a, b, c);
+    return static_cast<float>(area) * curve_.narrow >
+           (w_.rules.least_width + 4 * curve_.sway * wide * (wide + high)) * greater(wide, high);
   }
 
   /// Than the triangle at the vertex itself, in whose place it comes.
   CORDILLERA_HD bool is_wider(std::int32_t area, const Place& a, const Place& b, const Place& c) const {
-    const int long_now = greatest(extent(a.x, b.x, c.x), extent(a.y, b.y, c.y)),
-              long_before = greatest(extent(a.x, b.x, 0), extent(a.y, b.y, 0));
-    return static_cast<float>(area) * static_cast<float>(long_before) >=
-           static_cast<float>(cross(a.x, a.y, b.x, b.y)) * static_cast<float>(long_now);
+    const Place u = {0, 0, 0};
+    return static_cast<float>(area) * greater(wide_of(a, b, u), high_of(a, b, u)) >=
+           static_cast<float>(cross(a.x, a.y, b.x, b.y)) * greater(wide_of(a, b, c), high_of(a, b, c));
   }
+  CORDILLERA_HD float wide_of(const Place& a, const Place& b, const Place& c) const {
+    return curve_.narrow * static_cast<float>(extent(a.x, b.x, c.x));
+  }
+  CORDILLERA_HD static float high_of(const Place& a, const Place& b, const Place& c) {
+    return static_cast<float>(extent(a.y, b.y, c.y));
+  }
+  CORDILLERA_HD static float greater(float a, float b) { return a > b ? a : b; }
   CORDILLERA_HD static int extent(int a, int b, int c) { return greatest(a, greatest(b, c)) - least(a, least(b, c)); }
 
   const WindowView& w_;
   const Lanes& lanes_;
   const int u_, valence_, triangles_, x_, y_;
-  const float z_, sway_;
+  const float z_;
+  const CurveRow curve_;
   Quadric quadric_;
+  int voids_ = 0;  ///< among its neighbours
+  int rims_ = 0;   ///< between two neighbours of which one is void
   bool all_valid_ = true;
 };
 

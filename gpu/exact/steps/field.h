@@ -42,9 +42,18 @@ CORDILLERA_HD constexpr bool has_deep_void(Depth depth, int reach) { return (dep
 /// height is that of a plane, and along * u * u + up * v * v. A chord does not lie over its line on the lattice, either: by
 /// second order it sways from it, by a share of u * u to the north, and of u * v to the east. That is taken off the tolerance.
 /// What is left is of third order.
+inline constexpr std::int32_t kFarFromPoles = INT32_MAX;
 struct CurveRow {
-  float along = 0;  ///< 2^-10 m, not below 0
-  float sway = 0;   ///< samples
+  float along = 0;   ///< 2^-10 m, not below 0
+  float sway = 0;    ///< samples to the east, for each of u * v
+  float narrow = 1;  ///< how wide a sample is, of its height: 1 at the equator, 0 at a pole, whose row is one point
+  std::int32_t to_pole = kFarFromPoles;  ///< rows
+
+  CORDILLERA_HD bool is_pole() const { return narrow == 0; }
+  /// Samples to the north, of a chord of so many columns.
+  CORDILLERA_HD float north(float wide) const { return sway * (narrow * wide) * (narrow * wide); }
+  /// Samples to the east; no more than the chord is wide.
+  CORDILLERA_HD float east(float wide, float high) const { return sway * high < 1 ? sway * high * wide : wide; }
 };
 struct Curve {
   const CurveRow* row = nullptr;  ///< indexed by row; null: a plane is flat over the lattice
@@ -52,6 +61,12 @@ struct Curve {
 
   CORDILLERA_HD CurveRow at(int y) const { return row ? row[y] : CurveRow{}; }
 };
+
+/// A meridian between tiles that ends at a pole keeps vertices at doubling distances from it, in those tiles: the triangles there
+/// are long and thin, and need something to end at.
+CORDILLERA_HD constexpr bool stays_on_meridian(std::int32_t to_pole, std::int32_t tile_side) {
+  return to_pole <= tile_side && (to_pole & (to_pole - 1)) == 0;
+}
 
 /// Rows are padded to whole squares of 8, and so are columns; pads lie outside of every triangle. Above the blocks samples are
 /// coded, see coded.h.

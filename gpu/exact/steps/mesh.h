@@ -35,7 +35,7 @@ struct BlockView {
   /// Of the rectangle that the mesh covers, in samples; the whole block, or what is left of it between hems.
   std::int32_t west = 0, east = 0, south = 0, north = 0;
   std::int32_t lattice_x = 0, lattice_y = 0;  ///< of sample (0, 0), modulo the largest tile side
-  double narrowest_m = 1;                     ///< see Block
+  double sample_m = 1;                        ///< see Block
   std::uint32_t third = 0;                    ///< of the square of its bins, a way: windows of a pass are shifted by that
   std::uint32_t sides_held = 0;  ///< bit per side of the rectangle (south, east, north, west): valence caps for two blocks
 
@@ -56,7 +56,7 @@ struct LevelRules {
 
   CORDILLERA_HD LevelRules of(const BlockView& block) const {
     LevelRules rules = *this;
-    rules.least_width = static_cast<float>(rounding_m / block.narrowest_m);
+    rules.least_width = static_cast<float>(rounding_m / block.sample_m);
     return rules;
   }
 };

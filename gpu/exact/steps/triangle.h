@@ -17,6 +17,7 @@ struct Demand {
   float tolerance;  ///< 2^-10 m
   int rim_reach;    ///< rims may move by 2^rim_reach samples; -1: not at all
   Curve curve;
+  bool keeps_shown = false;  ///< a valid corner between two void ones is shown by other triangles, for it was before
 };
 
 /// Edge functions in integers, the surface in floats about the first corner.
@@ -28,9 +29,9 @@ struct Triangle {
   float bend_x, bend_y;  ///< see Curve
   float tolerance;       ///< less what rounding may hide; not above 0: nothing fits
   int rim_reach;
-  bool published;          ///< no corner is void
-  std::int8_t shown_edge;  ///< of a triangle with one void corner: the edge across from it, whose samples the next triangle
-                           ///< shows; else -1
+  bool published;             ///< no corner is void
+  std::uint8_t beside_shown;  ///< of a triangle with void corners and valid ones, bit by edge: on all of them lies what others
+                              ///< show, the edge between two valid corners, or the one that there is; else 0
 
   CORDILLERA_HD std::int32_t edge(int k, int x, int y) const { return across[k] * (x - ex[k]) + along[k] * (y - ey[k]); }
   CORDILLERA_HD bool covers(int x, int y) const { return (edge(0, x, y) | edge(1, x, y) | edge(2, x, y)) >= 0; }
@@ -49,7 +50,12 @@ struct Triangle {
   CORDILLERA_HD float height_above(float x, float y, float less) const {
     return (height - less) + (rise_along(x - static_cast<float>(ex[0])) + rise_up(y - static_cast<float>(ey[0])));
   }
-  CORDILLERA_HD bool is_on_shown_edge(int x, int y) const { return shown_edge >= 0 && edge(shown_edge, x, y) == 0; }
+  CORDILLERA_HD bool is_shown_by_others(int x, int y) const {
+    for (int k = 0; k < 3; ++k) {
+      if ((beside_shown >> k & 1) && edge(k, x, y) != 0) return false;
+    }
+    return beside_shown != 0;
+  }
   CORDILLERA_HD std::int32_t twice_area() const { return edge(0, ex[2], ey[2]); }
 };
 
@@ -81,19 +87,25 @@ CORDILLERA_HD inline Triangle make_triangle(const Corner& a, const Corner& b, co
   t.dy = static_cast<float>((rise_c * ux - rise_b * vx) * inverse);
   const float wide = static_cast<float>(t.east - t.west + 8), high = static_cast<float>(t.north - t.south + 8);
   const float rise = (magnitude(t.dx) * wide + magnitude(t.dy) * high) + (t.bend_x * (wide * wide) + t.bend_y * (high * high));
-  const float sway = curve.sway * (magnitude(t.dy) * (wide * wide) + magnitude(t.dx) * (wide * high));
+  const float across = static_cast<float>(t.east - t.west), up = static_cast<float>(t.north - t.south);
+  const float sway = magnitude(t.dy) * curve.north(across) + magnitude(t.dx) * curve.east(across, up);
   t.tolerance = demand.tolerance - (rise * kRoundingShare + sway);
   t.rim_reach = demand.rim_reach;
   t.published = !(a.is_void || b.is_void || c.is_void);
-  t.shown_edge = -1;
-  if (a.is_void + b.is_void + c.is_void == 1) t.shown_edge = a.is_void ? 1 : b.is_void ? 2 : 0;
+  // Edge 0 goes from a to b, 1 from b to c, 2 from c to a.
+  const int edges = (a.is_void ? 0 : 5) | (b.is_void ? 0 : 3) | (c.is_void ? 0 : 6), voids = a.is_void + b.is_void + c.is_void;
+  t.beside_shown = static_cast<std::uint8_t>(voids == 1                         ? (a.is_void   ? 2
+                                                                                   : b.is_void ? 4
+                                                                                               : 1)
+                                             : voids == 2 && demand.keeps_shown ? edges
+                                                                                : 0);
   return t;
 }
 
 CORDILLERA_HD inline bool sample_fits(const Triangle& t, float height, Depth depth, int x, int y) {
-  // The triangle across the shown edge may be void, too: then nothing shows what lies there, and it must be next to a void.
+  // The triangle across such an edge may be void, too: then nothing shows what lies there, and it must be next to a void.
   if (!t.published)
-    return !has_deep_valid(depth, t.rim_reach) || (t.rim_reach < 0 && t.is_on_shown_edge(x, y) && !has_deep_valid(depth, 0));
+    return !has_deep_valid(depth, t.rim_reach) || (t.rim_reach < 0 && t.is_shown_by_others(x, y) && !has_deep_valid(depth, 0));
   if (is_void(depth)) return !has_deep_void(depth, t.rim_reach);
   return magnitude(t.height_above(static_cast<float>(x), static_cast<float>(y), height)) <= t.tolerance;
 }

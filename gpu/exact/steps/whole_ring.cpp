@@ -16,6 +16,16 @@ struct RelativeRing {
   bool has_void = false;
 };
 
+/// Evaluation::keeps_rim, bit by place.
+unsigned along_rim(unsigned voids, int valence, std::uint8_t flag) {
+  const unsigned all = (1u << valence) - 1;
+  if (flag & kVoidHere) return voids;
+  if (voids == 0) return all;
+  const unsigned before = (voids << 1 | voids >> (valence - 1)) & all, after = voids >> 1 | (voids << (valence - 1) & all);
+  if ((flag & kOpenFan) || __builtin_popcount(voids ^ after) != 2 || valence - __builtin_popcount(voids) < 3) return 0;
+  return (before ^ after) & ~voids;
+}
+
 CORDILLERA_LANES void read_ring(const WindowView& w, int u, int valence, RelativeRing& ring) {
   const Ints none = {};
   for (int k = 0; k < kPlacesOfRing; k += kLanes) {
@@ -29,7 +39,7 @@ CORDILLERA_LANES void read_ring(const WindowView& w, int u, int valence, Relativ
   const std::uint8_t flag = w.flag(u);
   const int gain = valence - ((flag & kOpenFan) ? 3 : 4);
   const bool keeps_x = (flag & kOnUpright) != 0, keeps_y = (flag & kOnLevel) != 0;
-  unsigned may = 0, voids = 0;
+  unsigned may = 0, voids = 0;  // bit by place
   for (int k = 0; k < valence; ++k) {
     const int v = w.entry(u, k);
     const std::uint32_t position = w.position(v);
@@ -38,12 +48,13 @@ CORDILLERA_LANES void read_ring(const WindowView& w, int u, int valence, Relativ
     ring.y[k] = position_y(position) - y;
     ring.z[k] = w.height(v) - z;
     ring.is_void[k] = (other & kVoidHere) ? -1 : 0;
-    voids |= other & kVoidHere;
+    voids |= static_cast<unsigned>((other & kVoidHere) != 0) << k;
     const bool may_go = !(keeps_x & (ring.x[k] != 0)) & !(keeps_y & (ring.y[k] != 0)) &
                         ((gain <= 0) | (w.valence(v) + gain <= valence_cap(other)));
     may |= static_cast<unsigned>(may_go) << k;
   }
   ring.x[valence] = ring.x[0], ring.y[valence] = ring.y[0], ring.z[valence] = ring.z[0], ring.is_void[valence] = ring.is_void[0];
+  if (w.rules.rim_reach < 0) may &= along_rim(voids, valence, flag);
   ring.may_go_to = may & ~static_cast<unsigned>(w.tried(u));
   ring.has_void = voids != 0;
 }
@@ -110,15 +121,15 @@ CORDILLERA_LANES void find_costs(const RelativeRing& ring, int valence, const Qu
   }
 }
 
-CORDILLERA_LANES void greatest_of(const Ints& a, const Ints& b, Ints& to) { to = a > b ? a : b; }
-CORDILLERA_LANES void extent_of(const Ints& a, const Ints& b, const Ints& c, Ints& to) {
+CORDILLERA_LANES void greatest_of(const Floats& a, const Floats& b, Floats& to) { to = a > b ? a : b; }
+CORDILLERA_LANES void extent_of(const Ints& a, const Ints& b, const Ints& c, Floats& to) {
   const Ints low = a < b ? a : b, high = a > b ? a : b;
-  to = (high > c ? high : c) - (low < c ? low : c);
+  to = __builtin_convertvector((high > c ? high : c) - (low < c ? low : c), Floats);
 }
 
 /// Evaluation::is_legal.
-CORDILLERA_LANES bool is_legal(const RelativeRing& ring, int slot, int valence, int triangles, float least_width, float sway,
-                               float& surface) {
+CORDILLERA_LANES bool is_legal(const RelativeRing& ring, int slot, int valence, int triangles, float least_width,
+                               const CurveRow& curve, float& surface) {
   const Ints px = ring.x[slot] + Ints{}, py = ring.y[slot] + Ints{}, none = {};
   const int before = slot == 0 ? valence - 1 : slot - 1;  // the triangle that ends at slot
   surface = 0;
@@ -129,16 +140,16 @@ CORDILLERA_LANES bool is_legal(const RelativeRing& ring, int slot, int valence, 
     const Ints there = c.there & (lane != slot) & (lane != before);
     const Ints area = (c.ax - px) * (c.by - py) - (c.ay - py) * (c.bx - px);
     const Ints of_p = c.ax * c.by - c.ay * c.bx, of_a = c.bx * py - c.by * px, of_b = px * c.ay - py * c.ax;
-    Ints wide, high, wide_before, high_before, longest, longest_before;
+    Floats wide, high, wide_before, high_before, long_now, long_before;
     extent_of(c.ax, c.bx, px, wide);
     extent_of(c.ay, c.by, py, high);
     extent_of(c.ax, c.bx, none, wide_before);
     extent_of(c.ay, c.by, none, high_before);
-    greatest_of(wide, high, longest);
-    greatest_of(wide_before, high_before, longest_before);
-    const Floats as_float = __builtin_convertvector(area, Floats), long_now = __builtin_convertvector(longest, Floats),
-                 long_before = __builtin_convertvector(longest_before, Floats), across = __builtin_convertvector(wide, Floats);
-    const Ints upright = as_float > (least_width + 4 * sway * across * long_now) * long_now;
+    wide = curve.narrow * wide;
+    greatest_of(wide, high, long_now);
+    greatest_of(curve.narrow * wide_before, high_before, long_before);
+    const Floats as_float = __builtin_convertvector(area, Floats);
+    const Ints upright = as_float * curve.narrow > (least_width + 4 * curve.sway * wide * (wide + high)) * long_now;
     const Ints wider = as_float * long_before >= __builtin_convertvector(of_p, Floats) * long_now;
     if (any(there & ((area <= 0) | ~(upright | wider)))) return false;
     const unsigned over = lanes_of(there & ((of_p | of_a | of_b) >= 0));
@@ -168,7 +179,7 @@ CORDILLERA_WIDE void evaluate_whole_ring(const WindowView& w, int u) {
   sum_quadric(ring, triangles, u_void, quadric);
   float cost[kPlacesOfRing];
   find_costs(ring, valence, quadric, cost);
-  const float sway = w.curve.at(w.y(u)).sway;
+  const CurveRow curve = w.curve.at(w.y(u));
   for (int look = 0; look < kMostLookedAt; ++look) {
     float best = 1e38f;
     int slot = -1;
@@ -179,7 +190,7 @@ CORDILLERA_WIDE void evaluate_whole_ring(const WindowView& w, int u) {
     if (slot < 0) return;
     ring.may_go_to &= ~(1u << slot);
     float surface = 0;
-    if (!is_legal(ring, slot, valence, triangles, w.rules.least_width, sway, surface)) continue;
+    if (!is_legal(ring, slot, valence, triangles, w.rules.least_width, curve, surface)) continue;
     const bool all_valid = !u_void && !ring.has_void;
     if (all_valid && magnitude(w.height(u) + surface - w.truth(u)) > w.rules.tolerance) continue;
     w.key(u) = float_bits(best) >> kCostShift << kCostShift | (hash32(w.position(u) * 0x9e3779b1u) & ((1u << kCostShift) - 1));

@@ -78,7 +78,7 @@ struct WindowView {
   CORDILLERA_HD int x(int u) const { return position_x(position(u)); }
   CORDILLERA_HD int y(int u) const { return position_y(position(u)); }
   CORDILLERA_HD Corner corner(int u) const { return {x(u), y(u), height(u), (flag(u) & kVoidHere) != 0}; }
-  CORDILLERA_HD Demand demand() const { return {rules.tolerance, rules.rim_reach, curve}; }
+  CORDILLERA_HD Demand demand() const { return {rules.tolerance, rules.rim_reach, curve, true}; }
   CORDILLERA_HD int triangles(int u) const { return (flag(u) & kOpenFan) ? valence(u) - 1 : valence(u); }
   CORDILLERA_HD int after(int u, int k) const { return k + 1 == valence(u) ? 0 : k + 1; }
 

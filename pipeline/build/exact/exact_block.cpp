@@ -33,7 +33,7 @@ std::pair<std::int64_t, std::int64_t> to_tile_lines(std::int64_t first, std::int
   return {from, std::max((last + kTile - 1) / kTile * kTile, from + kTile)};
 }
 
-/// The rectangle alone; west > east: the window does not touch the node.
+/// The rectangle alone; west > east: the node has no part of the window.
 BlockPlace rectangle_of(const proto::Plan& plan, const proto::TileAddress& node) {
   const proto::Lattice lattice = lattice_of(plan);
   const raster::Source::Window window = node_window(plan, node);
@@ -50,6 +50,15 @@ BlockPlace rectangle_of(const proto::Plan& plan, const proto::TileAddress& node)
   place.west = west + columns.first, place.east = west + columns.second;
   place.south = south + rows.first, place.north = south + rows.second;
   return place;
+}
+
+/// The same, but for data that ends on a side of the node: no triangle of it lies there. A raster that is a line has none
+/// anywhere.
+BlockPlace rectangle_with_area(const proto::Plan& plan, const proto::TileAddress& node) {
+  const raster::Source::Window window = node_window(plan, node);
+  const bool only_touches = (window.west == window.east && plan.window(0) < plan.window(2)) ||
+                            (window.south == window.north && plan.window(1) < plan.window(3));
+  return only_touches ? BlockPlace{1} : rectangle_of(plan, node);
 }
 
 /// On the turn that the rectangle is on.
@@ -83,15 +92,18 @@ proto::Samples BlockPlace::empty_samples() const { return raster::void_samples(w
 BlockPlace place_alone(const proto::Plan& plan, const proto::TileAddress& node) { return rectangle_of(plan, node); }
 
 BlockPlace place_of_block(const proto::Plan& plan, const proto::TileAddress& node) {
-  BlockPlace place = rectangle_of(plan, node);
-  if (has_levels_above(plan)) return place.west <= place.east ? whole_node(plan, node, place) : place;
+  const auto exists = [](const BlockPlace& other) { return other.west <= other.east; };
+  if (has_levels_above(plan)) {
+    const BlockPlace rectangle = rectangle_of(plan, node);
+    return exists(rectangle) ? whole_node(plan, node, rectangle) : rectangle;
+  }
+  BlockPlace place = rectangle_with_area(plan, node);
   const std::int64_t circle = lattice_of(plan).columns();
   const std::int32_t across = proto::tiles_across(node.z), up = proto::tiles_up(node.z);
   const auto beside = [&](std::int32_t dx, std::int32_t dy) {
-    return rectangle_of(plan, {node.z, (node.x + dx + across) % across, node.y + dy});
+    return rectangle_with_area(plan, {node.z, (node.x + dx + across) % across, node.y + dy});
   };
   const auto share = [&](gpu::exact::Side side, bool shared) { place.sides[side] = shared ? SideKind::shared : SideKind::outer; };
-  const auto exists = [](const BlockPlace& other) { return other.west <= other.east; };
   const BlockPlace east = beside(1, 0), west = beside(-1, 0);
   share(gpu::exact::kEast, exists(east) && is_on(place.east, east.west, circle));
   share(gpu::exact::kWest, exists(west) && is_on(place.west, west.east, circle));
@@ -110,10 +122,14 @@ namespace {
 
 /// Between the ends of a chord its middle is nearer to the pole than the parallel, by tan(lat) / 8 of the square of its width (an
 /// angle on the ground); a chord that rises from row to row is beside its line by up to tan(lat) / 4 of width times height. A
-/// sample between the two may be shown by the next triangle, whose slope is another one: so more than that.
-float sway_of(const proto::RowFrame& row, double cell_rad) {
+/// sample between the two may be shown by the next triangle, whose slope is another one: so more than that. A hundredth of
+/// the next row stands for a pole's own.
+gpu::exact::CurveRow curve_row(const proto::RowFrame& row, double cell_rad, double half_squared) {
   constexpr double kShare = 3.0 / 8;
-  return static_cast<float>(kShare * cell_rad * std::abs(row.sin_lat) / std::max(row.cos_lat, 1e-3));
+  const double least = cell_rad / 100;
+  return {static_cast<float>(row.radius_m * row.cos_lat * half_squared),
+          static_cast<float>(kShare * cell_rad * std::abs(row.sin_lat) / std::max(row.cos_lat, least)),
+          static_cast<float>(row.cos_lat < least ? 0 : row.cos_lat)};
 }
 
 }  // namespace
@@ -125,8 +141,11 @@ BlockCurve curve_of(const proto::Plan& plan, const BlockPlace& place) {
                half_squared = cell_rad * cell_rad / 2 / proto::kHeightStep_m;
   BlockCurve curve;
   for (const proto::RowFrame& row :
-       proto::row_frames(lattice, place.south, static_cast<std::size_t>(place.north - place.south + 1)))
-    curve.rows.push_back({static_cast<float>(row.radius_m * row.cos_lat * half_squared), sway_of(row, cell_rad)});
+       proto::row_frames(lattice, place.south, static_cast<std::size_t>(place.north - place.south + 1))) {
+    const std::int64_t at = place.south + static_cast<std::int64_t>(curve.rows.size());
+    curve.rows.push_back(curve_row(row, cell_rad, half_squared));
+    curve.rows.back().to_pole = static_cast<std::int32_t>(std::min({at, lattice.rows() - at, std::int64_t{INT32_MAX}}));
+  }
   curve.up = static_cast<float>(proto::kSemiMajor_m * half_squared);
   return curve;
 }
@@ -135,10 +154,9 @@ int most_rim_reach(const proto::Plan& plan) {
   return std::clamp(std::ilogb(static_cast<double>(narrow_side(plan)) / kRimShare), -1, gpu::exact::kMostRimReach);
 }
 
-double narrowest_m(const proto::Plan& plan, const BlockPlace& place) {
+double sample_m(const proto::Plan& plan) {
   const proto::Lattice lattice = lattice_of(plan);
-  const double cos_lat = std::min(proto::row_frame(lattice, place.south).cos_lat, proto::row_frame(lattice, place.north).cos_lat);
-  return proto::cell_height_m(lattice, lattice.rows() / 2) * std::max(cos_lat, 0.05);
+  return proto::cell_height_m(lattice, lattice.rows() / 2);
 }
 
 gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, int coarsest) {

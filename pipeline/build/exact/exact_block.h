@@ -23,7 +23,7 @@ struct BlockPlace {
 /// Of a node of the plan's block level. Where levels are merged above it, the whole node, all of whose sides are shared: then
 /// nothing of a block depends on which others there are, and where it has no data its sides have the vertices that a missing
 /// neighbour is taken to have. Else the tiles of the finest level that the plan's window touches, sides shared where the node
-/// beside it has a block up to there.
+/// beside it has a block up to there; west > east where the window ends on a side of the node, or does not touch it.
 BlockPlace place_of_block(const proto::Plan& plan, const proto::TileAddress& node);
 /// The tiles of any node that the plan's window touches, as if there were no others: a sample of a dry run.
 BlockPlace place_alone(const proto::Plan& plan, const proto::TileAddress& node);
@@ -42,7 +42,7 @@ int most_rim_reach(const proto::Plan& plan);
 /// Levels finest .. coarsest, each with its target less what rounding of .glb points and other programs' trigonometry may add.
 gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, int coarsest);
 /// See gpu::exact::Block.
-double narrowest_m(const proto::Plan& plan, const BlockPlace& place);
+double sample_m(const proto::Plan& plan);
 
 /// Level z of a block as tiles, ordered by y then x, not measured yet: max_error_m is what the engine knows, if it says so.
 /// published: their published triangles alone, without void vertices; tiles without any are left out. whole: all of them.
