@@ -65,9 +65,11 @@ Refined refine(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m, s
 
 /// For triangles that refine has left over, one after the other: the triangle that the meter wants there is made, with more
 /// neighbours for a while than a vertex has room for, and what is over limit_m then is refined. Where part of it would lie beyond
-/// the mesh, its other points become vertices, those on the rim's edges too. Where the meter wants none, a triangle without
-/// samples goes from the rim, and a needle along the rim where nothing else helps. What does not come to within limit_m, with
-/// valences as they must be or were, stays as it was. Costs some copies of the mesh a triangle. Laws and `over` as for refine.
+/// the mesh, its other points become vertices, those on the rim's edges too. Where the meter wants one with a corner that has no
+/// data, triangles that no sample needs go from the rim, one after the other, and are cut off first where they are part of a
+/// larger one; so does a needle along the rim where nothing else helps. A vertex that is left without triangles is void. What
+/// does not come to within limit_m, with valences as they must be or were, stays as it was. Costs some copies of the mesh a
+/// triangle. Laws and `over` as for refine.
 Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m, std::span<const std::uint32_t> over);
 
 /// Makes a point of one of the tile's sides a vertex: the triangle there is cut in two. The tile beyond the side must get the

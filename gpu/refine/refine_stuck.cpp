@@ -387,7 +387,7 @@ Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limi
       }
     }
     if (!off) {
-      left.insert(left.end(), slivers.begin(), slivers.end());
+      std::ranges::copy_if(slivers, std::back_inserter(left), [&](Refinement::Id s) { return std::ranges::count(left, s) == 0; });
       continue;
     }
     std::erase(left, *off);

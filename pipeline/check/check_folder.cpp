@@ -86,7 +86,6 @@ proto::Result<Report> check_folder(const std::string& folder, const std::string&
                           "a folder with drc and 3d-tiles, or the dataset's .sqlite file", "path"};
   }
   proto::Plan plan;
-  plan.set_scheme(manifest->scheme());
   plan.set_finest_level(manifest->max_level());
   *plan.mutable_options() = manifest->options();  // pixels= says which samples the tiles were made of
   for (const proto::LevelSummary& level : manifest->levels()) {

@@ -97,7 +97,7 @@ class Tables {
       findings_.add(where, "it cannot be read; expected: the plan of the build, with its tasks");
       return std::nullopt;
     }
-    if (work.format() > work::kPlanFormat)
+    if (work.format() == 0 || work.format() > work::kPlanFormat)
       findings_.add(where,
                     "its format is " + std::to_string(work.format()) + "; expected: up to " + std::to_string(work::kPlanFormat));
     if (work.format() != work::kPlanFormat) return std::nullopt;

@@ -167,8 +167,8 @@ class PixelMeter final : public gpu::ErrorMeter {
     error.error_m = worst->error_m;
     if (worst->error_m <= limit_m) return error;
     error.count = 0;
-    offer_around(pixels_[worst->pixel], error);
-    if (error.count < kCorners) offer_within(corners, pixels_[worst->pixel], error);
+    if (offer_around(pixels_[worst->pixel], error) == Around::some_void && error.count < kCorners)
+      offer_within(corners, pixels_[worst->pixel], error);
     return error;
   }
 
@@ -186,6 +186,7 @@ class PixelMeter final : public gpu::ErrorMeter {
 
  private:
   static constexpr int kCorners = 4;  // of a cell
+  enum class Around { valid, some_void };
   struct Worst {
     std::uint32_t pixel;
     double error_m;
@@ -201,7 +202,7 @@ class PixelMeter final : public gpu::ErrorMeter {
   }
 
   // The nearest first; those that are vertices already are passed over.
-  void offer_around(const raster::PixelPoint& pixel, gpu::TriangleError& error) const {
+  Around offer_around(const raster::PixelPoint& pixel, gpu::TriangleError& error) const {
     const auto x = static_cast<std::int32_t>(pixel.x), y = static_cast<std::int32_t>(pixel.y);
     std::array<std::pair<double, gpu::MeshPoint>, kCorners> around;
     for (std::size_t k = 0; k < kCorners; ++k) {
@@ -209,11 +210,15 @@ class PixelMeter final : public gpu::ErrorMeter {
       around[k] = {std::hypot(at.x - pixel.x, at.y - pixel.y), at};
     }
     std::stable_sort(around.begin(), around.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    Around found = Around::valid;
     for (auto& [distance, at] : around) {
-      if (at.x <= 0 || at.y <= 0 || at.x >= side_ || at.y >= side_) continue;
       at.height = sample(west_ + at.x, south_ + at.y);
-      if (at.height != proto::kNoHeight) error.offer(at);
+      if (at.height == proto::kNoHeight)
+        found = Around::some_void;
+      else if (at.x > 0 && at.y > 0 && at.x < side_ && at.y < side_)
+        error.offer(at);
     }
+    return found;
   }
 
   // Where some of those have no data: the nearest sample in the triangle, which then leaves a smaller one on the rim.

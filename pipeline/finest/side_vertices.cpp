@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "gpu/refine/height_step.h"
@@ -50,14 +51,22 @@ class SideLine {
     return runs_north_ ? MeshPoint{there, p.y, p.height} : MeshPoint{p.x, there, p.height};
   }
 
+  /// Beyond the edge at `along` no sample of the next row has data: the mesh ends there, for triangles cover none at the finest
+  /// level.
+  bool is_rim(std::int32_t along) const {
+    const auto edge = edge_at(along);
+    if (!edge) return false;
+    for (std::int32_t at = edge->first.first; at <= edge->second.first; ++at) {
+      if (sample(at, across_ == 0 ? -1 : 1) != proto::kNoHeight) return false;
+    }
+    return true;
+  }
   /// Samples that have to become vertices with the one at `along`, for no edge to be farther from a sample than the edge that is
   /// there now. None where there is no such edge or something has no data.
   std::vector<MeshPoint> needed(std::int32_t along, std::int32_t step) const {
-    const auto end = std::lower_bound(vertices_.position.begin(), vertices_.position.end(), along);
-    if (end == vertices_.position.begin() || end == vertices_.position.end() || *end == along) return {};
-    const auto k = static_cast<std::size_t>(end - vertices_.position.begin());
-    const auto vertex = [&](std::size_t at) { return Vertex{vertices_.position[at], vertices_.height[at]}; };
-    const Vertex from = vertex(k - 1), to = vertex(k);
+    const auto edge = edge_at(along);
+    if (!edge) return {};
+    const auto& [from, to] = *edge;
     for (std::int32_t at = from.first; at <= to.first; ++at) {
       if (sample(at) == proto::kNoHeight) return {};
     }
@@ -86,6 +95,14 @@ class SideLine {
     double distance = 0;  ///< in height steps
     std::int32_t along = 0;
   };
+  /// The vertices around `along`, which is none.
+  std::optional<std::pair<Vertex, Vertex>> edge_at(std::int32_t along) const {
+    const auto end = std::lower_bound(vertices_.position.begin(), vertices_.position.end(), along);
+    if (end == vertices_.position.begin() || end == vertices_.position.end() || *end == along) return std::nullopt;
+    const auto k = static_cast<std::size_t>(end - vertices_.position.begin());
+    const auto vertex = [&](std::size_t at) { return Vertex{vertices_.position[at], vertices_.height[at]}; };
+    return std::pair{vertex(k - 1), vertex(k)};
+  }
   /// The sample between two vertices that is farthest from the line between them.
   Far farthest(const Vertex& a, const Vertex& b) const {
     Far far;
@@ -95,8 +112,9 @@ class SideLine {
     }
     return far;
   }
-  std::int32_t sample(std::int32_t along) const {
-    const std::int64_t east = runs_north_ ? across_ : along, north = runs_north_ ? along : across_;
+  std::int32_t sample(std::int32_t along, std::int32_t beyond = 0) const {
+    const std::int64_t across = std::int64_t{across_} + beyond;
+    const std::int64_t east = runs_north_ ? across : along, north = runs_north_ ? along : across;
     return sample_at(samples_, lattice_, lattice_.west(tile_) + east, lattice_.south(tile_) + north);
   }
 
@@ -125,6 +143,14 @@ std::map<std::size_t, BuiltTile> put_on_sides(const LevelContext& context, std::
   for (std::size_t k = 0; k < tiles.size(); ++k) {
     for (const MeshPoint& p : on_sides[k]) {
       const SideLine line(context, tiles[k], p);
+      if (const std::int32_t along = line.runs_north() ? p.y : p.x; line.is_rim(along)) {
+        proto::TileMesh mesh = tiles[k].mesh;
+        const std::vector<MeshPoint> points = line.needed(along, step);
+        if (points.empty() || !split_all(mesh, points)) continue;
+        before.try_emplace(k, tiles[k]);
+        tiles[k].mesh = std::move(mesh);
+        continue;
+      }
       const auto other = at.find(line.tile_beyond());
       if (other == at.end()) continue;
       const SideLine same(context, tiles[other->second], line.beyond(p));

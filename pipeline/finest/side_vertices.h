@@ -13,9 +13,10 @@ namespace cordillera::pipeline {
 
 /// Puts samples on sides into both tiles of each side, so that their common vertices stay the same, and with them as many other
 /// samples of the side as keep its edges as near to all of them as they were. tiles: of the finest level; what was measured of
-/// those that change is no longer true. on_sides: indexed as tiles, see MetPixels. Nothing goes in where the tile beyond the side
-/// is not among them, where the edge or a sample that it passes has no data, or where a corner has no room for a neighbour more
-/// and can get none (gpu::split_side). Returns the tiles that changed, as they were.
+/// those that change is no longer true. on_sides: indexed as tiles, see MetPixels. Where the mesh ends on the side, it alone gets
+/// them. Nothing goes in where the tile beyond the side is not among tiles, where the edge or a sample that it passes has no
+/// data, or where a corner has no room for a neighbour more and can get none (gpu::split_side). Returns the tiles that changed,
+/// as they were.
 std::map<std::size_t, BuiltTile> put_on_sides(const LevelContext& context, std::vector<BuiltTile>& tiles,
                                               const std::vector<std::vector<gpu::MeshPoint>>& on_sides);
 

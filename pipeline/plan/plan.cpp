@@ -215,7 +215,6 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
   const auto range = level_range(source.description(), options);
   if (!range.ok()) return range.problem();
   proto::Plan plan;
-  plan.set_scheme("geodetic");
   plan.set_finest_level(static_cast<std::uint32_t>(range->first));
   plan.set_min_level(static_cast<std::uint32_t>(range->second));
   const proto::Lattice lattice = lattice_of(plan);
@@ -263,7 +262,7 @@ void use_smaller_blocks(proto::Plan& plan, std::int64_t most) {
 
 std::string why_waves(const proto::Plan& plan) {
   if (plan.exact() || plan.options().strategy() != kAutoStrategy) return "";
-  const auto checked = check_exact(plan);  // ok: an earlier version could not, and the dataset keeps its strategy
+  const auto checked = check_exact(plan);
   return checked.ok() ? "" : "strategy=auto is waves here: " + checked.problem().detail;
 }
 

@@ -258,7 +258,13 @@ proto::Result<proto::WorkPlan> read_plan(const std::string& folder) {
   if (!*json) return unreadable(path, "does not exist");
   proto::WorkPlan plan;
   if (!parse_json(**json, &plan) || !plan.has_plan() || plan.stages_size() == 0) { return unreadable(path, "is no plan"); }
-  if (plan.format() != kPlanFormat || plan.plan().program() != proto::kProgram) {
+  if (plan.format() != kPlanFormat) {
+    return proto::Problem{"plan-version",
+                          path + " has format " + std::to_string(plan.format()) + "; this program makes and takes format " +
+                              std::to_string(kPlanFormat),
+                          "a new plan", ""};
+  }
+  if (plan.plan().program() != proto::kProgram) {
     return proto::Problem{"plan-version", path + " was made by " + plan.plan().program() + "; this is " + proto::kProgram,
                           "the same version on every machine, or a new plan", ""};
   }

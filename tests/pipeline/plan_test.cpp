@@ -16,7 +16,6 @@ using proto::TileAddress;
 
 proto::Plan plan_with(int finest_level, std::array<std::int64_t, 4> window) {
   proto::Plan plan;
-  plan.set_scheme("geodetic");
   plan.set_finest_level(static_cast<std::uint32_t>(finest_level));
   for (const std::int64_t side : window) plan.add_window(static_cast<std::int32_t>(side));
   return plan;

@@ -14,6 +14,7 @@ namespace {
 
 constexpr int kLevel = 12;
 constexpr std::int32_t kTileSide = 256;
+constexpr std::int32_t kBeyond = 3;  // columns of samples west of the first tile
 constexpr proto::TileAddress kWest{kLevel, 4000, 1500}, kEast{kLevel, 4001, 1500}, kNorth{kLevel, 4000, 1501};
 
 /// Along the side between west and east: a hill with teeth.
@@ -40,9 +41,9 @@ BuiltTile bare(const proto::TileAddress& at, const proto::Samples& samples) {
 class SideVertices : public testing::Test {
  protected:
   SideVertices() {
-    samples_ = {lattice_.west(kWest), lattice_.south(kWest), 2 * kTileSide + 1, 2 * kTileSide + 1, {}, {}};
+    samples_ = {lattice_.west(kWest) - kBeyond, lattice_.south(kWest), 2 * kTileSide + 1 + kBeyond, 2 * kTileSide + 1, {}, {}};
     for (std::int64_t j = 0; j <= 2 * kTileSide; ++j)
-      for (std::int64_t i = 0; i <= 2 * kTileSide; ++i)
+      for (std::int64_t i = -kBeyond; i <= 2 * kTileSide; ++i)
         samples_.height.push_back(height_at(j) + static_cast<std::int32_t>(std::abs(i - kTileSide)));
     level_.set_level(kLevel);
     level_.set_target(10);
@@ -116,6 +117,21 @@ TEST_F(SideVertices, go_out_again_where_a_tile_is_above_its_target_then) {
   }
 }
 
+// A raster whose rim runs along a side: nothing is beyond it.
+TEST_F(SideVertices, go_in_alone_where_the_mesh_ends) {
+  const auto at = [&](std::int64_t i, std::int64_t j) -> std::int32_t& {
+    return samples_.height[static_cast<std::size_t>(j * samples_.columns + kBeyond + i)];
+  };
+  for (std::int64_t j = 0; j <= 2 * kTileSide; ++j) {
+    for (std::int64_t i = -kBeyond; i < 0; ++i) at(i, j) = proto::kNoHeight;
+  }
+  EXPECT_EQ(changed_by({{{0, 100, at(0, 100)}}, {}, {}}), (std::vector<std::size_t>{0}));
+  EXPECT_TRUE(line(tiles_[0].mesh, 0).contains(100));
+  EXPECT_EQ(line(tiles_[0].mesh, kTileSide).size(), 2u);
+  at(-1, 170) = 0;
+  EXPECT_TRUE(put_on_sides(context_, tiles_, {{{0, 160, at(0, 160)}}, {}, {}}).empty()) << "there may be a triangle";
+}
+
 TEST_F(SideVertices, go_in_on_both_sides_or_not_at_all) {
   const auto stays = [&](const std::vector<std::vector<gpu::MeshPoint>>& on_sides) {
     const std::size_t before = tiles_[0].mesh.vertices() + tiles_[1].mesh.vertices();
@@ -125,7 +141,7 @@ TEST_F(SideVertices, go_in_on_both_sides_or_not_at_all) {
   tiles_[1].mesh.height[0] += 5;
   EXPECT_TRUE(stays({{{kTileSide, 100, 0}}, {}, {}})) << "the tile beyond has another side";
   tiles_[1].mesh.height[0] -= 5;
-  const auto at = static_cast<std::size_t>(200 * samples_.columns + kTileSide);
+  const auto at = static_cast<std::size_t>(200 * samples_.columns + kBeyond + kTileSide);
   const std::int32_t kept = samples_.height[at];
   samples_.height[at] = proto::kNoHeight;
   EXPECT_TRUE(stays({{{kTileSide, 100, 0}}, {}, {}})) << "the edge passes a void";

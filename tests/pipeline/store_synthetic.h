@@ -39,7 +39,6 @@ inline void put_bytes(const std::string& path, const std::string& bytes) { std::
 
 inline proto::Plan synthetic_plan(int finest, int coarsest = 0) {
   proto::Plan plan;
-  plan.set_scheme("geodetic");
   plan.set_finest_level(static_cast<std::uint32_t>(finest));
   plan.set_min_level(static_cast<std::uint32_t>(coarsest));
   plan.set_promise(true);

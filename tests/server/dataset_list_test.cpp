@@ -36,7 +36,6 @@ void add_ready(TestService& test, const std::string& id, const std::vector<Box>&
   const Layout layout{test.data()};
   std::filesystem::create_directories(layout.dataset(id));
   proto::Plan plan;
-  plan.set_scheme("geodetic");
   plan.add_levels()->set_level(0);
   auto writer = pipeline::StoreWriter::open(layout.store(id).string(), plan);
   ASSERT_TRUE(writer) << writer.problem().line();

@@ -93,7 +93,6 @@ inline pipeline::EncodedTile test_tile(std::uint32_t level, std::uint32_t x, std
 inline void make_store(const std::string& path, const std::string& id, bool provisional = false,
                        std::optional<std::uint32_t> block_level = {}) {
   proto::Plan plan;
-  plan.set_scheme("geodetic");
   plan.set_finest_level(provisional && !block_level ? 0 : 1);
   for (const std::uint32_t level : {1u, 0u}) {
     if (level <= plan.finest_level()) plan.add_levels()->set_level(level);

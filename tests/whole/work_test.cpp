@@ -201,6 +201,11 @@ TEST_F(Work, a_plan_of_another_version_is_refused) {
   const auto read = work::read_plan(shards_);
   ASSERT_FALSE(read.ok());
   EXPECT_EQ(read.problem().type, "plan-version");
+  plan.mutable_plan()->set_program(proto::kProgram);
+  plan.set_format(1);
+  ASSERT_TRUE(work::write_plan(plan, shards_).ok());
+  EXPECT_THAT(work::read_plan(shards_).problem().line(),
+              testing::HasSubstr("has format 1; this program makes and takes format 2"));
 }
 
 TEST_F(Work, the_same_rasters_in_another_order_are_another_plan) {

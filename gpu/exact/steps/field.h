@@ -62,8 +62,8 @@ struct Curve {
   CORDILLERA_HD CurveRow at(int y) const { return row ? row[y] : CurveRow{}; }
 };
 
-/// A meridian between tiles that ends at a pole keeps vertices at doubling distances from it, in those tiles: the triangles there
-/// are long and thin, and need something to end at.
+/// A meridian between tiles that ends at a pole keeps what vertices it has at doubling distances from it, in those tiles: the
+/// triangles there are long and thin, and need something to end at.
 CORDILLERA_HD constexpr bool stays_on_meridian(std::int32_t to_pole, std::int32_t tile_side) {
   return to_pole <= tile_side && (to_pole & (to_pole - 1)) == 0;
 }
