@@ -13,6 +13,9 @@
 namespace cordillera::raster {
 namespace {
 
+/// Written geotransforms are rounded: what is as near as that is there.
+constexpr double kRounded_px = 1.0 / 20;
+
 using proto::Problem;
 
 constexpr double kNoPlace = std::numeric_limits<double>::quiet_NaN();
@@ -61,6 +64,7 @@ proto::Result<Placement> Placement::make(const Dataset& dataset, const Crs& crs)
   placement.columns_ = dataset.columns;
   placement.rows_ = dataset.rows;
   if (auto done = placement.set_geotransform(dataset); !done.ok()) return done.problem();
+  placement.meet_poles(crs);
   if (auto done = placement.check_degrees(dataset, crs); !done.ok()) return done.problem();
   if (auto done = placement.make_transform(dataset, crs); !done.ok()) return done.problem();
   placement.find_period(crs);
@@ -77,6 +81,22 @@ proto::Result<void> Placement::set_geotransform(const Dataset& dataset) {
                    ""};
   centre_x_ = forward_[0] + forward_[1] * columns_ / 2.0 + forward_[2] * rows_ / 2.0;
   return {};
+}
+
+/// A grid of the earth ends at a pole, with a pixel's edge or its centre, where nothing but a rounded header says otherwise:
+/// there would be a hole.
+void Placement::meet_poles(const Crs& crs) {
+  if (!crs.horizontal.IsGeographic() || forward_[2] != 0 || forward_[4] != 0) return;
+  const double pole = 90 / degrees_per_unit(crs), near = kRounded_px * std::abs(forward_[5]);
+  for (const double inset : {0.0, 0.5}) {
+    const double first = forward_[3] + forward_[5] * inset, last = forward_[3] + forward_[5] * (rows_ - inset);
+    const auto met = [&](double y) { return std::abs(std::abs(y) - pole) < near ? std::copysign(pole, y) : y; };
+    if ((met(first) == first && met(last) == last) || rows_ <= 2 * inset) continue;
+    forward_[5] = (met(last) - met(first)) / (rows_ - 2 * inset);
+    forward_[3] = met(first) - forward_[5] * inset;
+    GDALInvGeoTransform(forward_.data(), inverse_.data());
+    return;
+  }
 }
 
 /// A file that says degrees and means metres would give tiles of nonsense.
@@ -145,8 +165,7 @@ void Placement::find_period(const Crs& crs) {
   if (turn_ == 0 || forward_[2] != 0 || forward_[4] != 0) return;
   const double around_px = turn_ / std::abs(forward_[1]);
   const double whole = std::round(around_px);
-  // Written geotransforms are rounded: within a twentieth of a pixel the raster closes.
-  if (std::abs(around_px - whole) < 0.05 && columns_ + 0.05 >= around_px && whole < 2147483647.0)
+  if (std::abs(around_px - whole) < kRounded_px && columns_ + kRounded_px >= around_px && whole < 2147483647.0)
     period_px_ = static_cast<int>(whole);
 }
 

@@ -36,6 +36,7 @@ class Placement {
  private:
   Placement() = default;
   proto::Result<void> set_geotransform(const Dataset& dataset);
+  void meet_poles(const Crs& crs);
   proto::Result<void> check_degrees(const Dataset& dataset, const Crs& crs) const;
   proto::Result<void> make_transform(const Dataset& dataset, const Crs& crs);
   bool transform_to(const Crs& crs, bool exact_only);

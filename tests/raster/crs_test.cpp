@@ -160,6 +160,32 @@ TEST_F(Crs, TheGlobeClosesWithoutASeam) {
   }
 }
 
+// As header files of grids write 1/12 of a degree: the last row would end a hand's breadth before the pole.
+TEST_F(Crs, AWorldOfRoundedPixelsGoesUpToThePoles) {
+  for (const bool point : {false, true}) {
+    Spec spec;
+    spec.columns = 720, spec.rows = point ? 361 : 360, spec.point = point;
+    spec.geotransform = {-180, 0.4999999, 0, (point ? 180.5 : 180) * 0.4999999, 0, -0.4999999};
+    spec.value = [](int, int) { return 250.0; };
+    const auto source = must_open(write(spec));
+    ASSERT_TRUE(source);
+    const proto::Lattice l = lattice(1);
+    EXPECT_EQ(source->window(l).south, 0);
+    EXPECT_EQ(source->window(l).north, l.rows());
+    EXPECT_EQ(valid_share(whole(*source, l)), 1.0) << (point ? "points" : "areas");
+  }
+}
+
+// A strip of it stays where it is.
+TEST_F(Crs, ARasterThatEndsBeforeAPoleStaysThere) {
+  Spec spec;
+  spec.columns = 720, spec.rows = 20, spec.geotransform = {-180, 0.5, 0, 89.95, 0, -0.5};
+  const auto source = must_open(write(spec));
+  ASSERT_TRUE(source);
+  EXPECT_LT(source->window(lattice(3)).north, lattice(3).rows());
+  EXPECT_NEAR(source->description().bbox(3), 89.95, 1e-9);
+}
+
 TEST_F(Crs, RowsPastThePoleAreCutOff) {
   Spec spec;
   spec.columns = 720, spec.rows = 20, spec.geotransform = {-180, 0.5, 0, 92, 0, -0.5};  // four rows beyond 90
