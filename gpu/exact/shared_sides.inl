@@ -29,8 +29,7 @@ inline SideSamples side_samples(const Block& block, Side side) {
   samples.lattice = along_x ? x : y;
   if (!along_x) {
     samples.bend = block.curve_up;
-    samples.from_pole = !block.curve.empty() && block.curve.front().is_pole();
-    samples.to_pole = !block.curve.empty() && block.curve.back().is_pole();
+    samples.meridian = block.curve;
   } else if (!block.curve.empty()) {
     const auto row = [&](std::int64_t at) { return block.curve[static_cast<std::size_t>(at - block.south)]; };
     samples.bend = row(y).along;

@@ -78,9 +78,8 @@ class Coarsening {
   double tolerance(int r) const { return tolerance_[static_cast<std::size_t>(r)]; }
   bool stays(int i) const {
     if (i == 0 || i == count() - 1 || ((samples_.lattice + at(i)) & (rules_.tile_side - 1)) == 0) return true;
-    if ((samples_.from_pole && stays_on_meridian(at(i), rules_.tile_side)) ||
-        (samples_.to_pole && stays_on_meridian(samples_.length() - at(i), rules_.tile_side)))
-      return true;
+    const auto at_row = static_cast<std::size_t>(at(i));
+    if (!samples_.meridian.empty() && stays_on_meridian(samples_.meridian[at_row].to_pole, rules_.tile_side)) return true;
     return ((samples_.lattice + at(i)) & (std::max(rules_.tile_side / kVoidChords, 1) - 1)) == 0 && is_empty(at(i));
   }
 

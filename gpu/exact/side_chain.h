@@ -6,6 +6,7 @@
 // any triangulation between them keeps it: what is made of chords of rows 0 to 3 needs no measuring.
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "gpu/exact/steps/mesh.h"
@@ -25,7 +26,7 @@ struct SideSamples {
   std::int64_t lattice = 0;                          ///< of the first sample, along the side
   double bend = 0;                                   ///< of a chord, see Curve
   double sway = 0;                                   ///< likewise; of a side along a meridian 0
-  bool from_pole = false, to_pole = false;           ///< a side along a meridian begins at a pole; ends there
+  std::span<const CurveRow> meridian{};              ///< of a side along one: its rows. Borrowed
   bool on_pole = false;                              ///< the side is one point, and keeps one height
 
   int length() const { return static_cast<int>(row[0].size()) - 1; }

@@ -190,13 +190,12 @@ class Making : Refinement {
       crowd_ = refining_crowd_;
       run(changed, kMostCrowded);
       crowd_ = kCrowd;
-      const Id worst = worst_known(may_be_left);
-      if (!is_over(worst)) return disperse();
-      if (may_be_left == Left::rim && is_sliver(worst)) return disperse();
+      const std::optional<Id> worst = worst_over(may_be_left);
+      if (!worst) return disperse();
       if (more == kMostMore) return false;
-      const Triangle& c = mesh_.triangles[worst];
+      const Triangle& c = mesh_.triangles[*worst];
       const auto wanted = meter_.wanted({point(c[0]), point(c[1]), point(c[2])}, limit_m_);
-      if (!wanted || lacks_data(*wanted) || are_corners(mesh_, c, *wanted) || !make(worst, *wanted)) return false;
+      if (!wanted || lacks_data(*wanted) || are_corners(mesh_, c, *wanted) || !make(*worst, *wanted)) return false;
     }
   }
 
@@ -287,12 +286,12 @@ class Making : Refinement {
     return false;
   }
 
-  // Of the triangles that were measured, but for slivers where these may be left.
-  Id worst_known(Left may_be_left) {
-    Id worst = 0;
-    const auto counts = [&](Id t) { return known_[t] && !(may_be_left == Left::rim && is_over(t) && is_sliver(t)); };
+  // Of the triangles that were measured and are over the limit, but for slivers where these may be left.
+  std::optional<Id> worst_over(Left may_be_left) {
+    std::optional<Id> worst;
     for (Id t = 0; t < mesh_.triangles.size(); ++t) {
-      if (counts(t) && (!counts(worst) || error_[t].error_m > error_[worst].error_m)) worst = t;
+      if (!known_[t] || !is_over(t) || (may_be_left == Left::rim && is_sliver(t))) continue;
+      if (!worst || error_[t].error_m > error_[*worst].error_m) worst = t;
     }
     return worst;
   }

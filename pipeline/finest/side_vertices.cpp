@@ -143,27 +143,27 @@ std::map<std::size_t, BuiltTile> put_on_sides(const LevelContext& context, std::
   for (std::size_t k = 0; k < tiles.size(); ++k) {
     for (const MeshPoint& p : on_sides[k]) {
       const SideLine line(context, tiles[k], p);
-      if (const std::int32_t along = line.runs_north() ? p.y : p.x; line.is_rim(along)) {
-        proto::TileMesh mesh = tiles[k].mesh;
-        const std::vector<MeshPoint> points = line.needed(along, step);
-        if (points.empty() || !split_all(mesh, points)) continue;
-        before.try_emplace(k, tiles[k]);
-        tiles[k].mesh = std::move(mesh);
-        continue;
-      }
-      const auto other = at.find(line.tile_beyond());
-      if (other == at.end()) continue;
-      const SideLine same(context, tiles[other->second], line.beyond(p));
-      if (!(same.vertices() == line.vertices())) continue;
-      const std::vector<MeshPoint> points = line.needed(line.runs_north() ? p.y : p.x, step);
+      const std::int32_t along = line.runs_north() ? p.y : p.x;
+      const std::vector<MeshPoint> points = line.needed(along, step);
       if (points.empty()) continue;
-      std::vector<MeshPoint> there;
-      for (const MeshPoint& q : points) there.push_back(line.beyond(q));
-      proto::TileMesh mesh = tiles[k].mesh, mesh_beyond = tiles[other->second].mesh;
-      if (!split_all(mesh, points) || !split_all(mesh_beyond, there)) continue;
-      before.try_emplace(k, tiles[k]), before.try_emplace(other->second, tiles[other->second]);
-      tiles[k].mesh = std::move(mesh);
-      tiles[other->second].mesh = std::move(mesh_beyond);
+      std::vector<std::pair<std::size_t, std::vector<MeshPoint>>> wanted{{k, points}};  // by tile
+      if (!line.is_rim(along)) {
+        const auto other = at.find(line.tile_beyond());
+        if (other == at.end()) continue;
+        const SideLine same(context, tiles[other->second], line.beyond(p));
+        if (!(same.vertices() == line.vertices())) continue;
+        std::vector<MeshPoint>& there = wanted.emplace_back(other->second, std::vector<MeshPoint>()).second;
+        for (const MeshPoint& q : points) there.push_back(line.beyond(q));
+      }
+      std::vector<proto::TileMesh> cut;
+      for (const auto& [tile, its_points] : wanted) cut.push_back(tiles[tile].mesh);
+      bool all = true;
+      for (std::size_t n = 0; n < cut.size(); ++n) all = all && split_all(cut[n], wanted[n].second);
+      for (std::size_t n = 0; n < cut.size() && all; ++n) {
+        const std::size_t tile = wanted[n].first;
+        before.try_emplace(tile, tiles[tile]);
+        tiles[tile].mesh = std::move(cut[n]);
+      }
     }
   }
   return before;

@@ -42,12 +42,11 @@ CORDILLERA_HD constexpr bool has_deep_void(Depth depth, int reach) { return (dep
 /// height is that of a plane, and along * u * u + up * v * v. A chord does not lie over its line on the lattice, either: by
 /// second order it sways from it, by a share of u * u to the north, and of u * v to the east. That is taken off the tolerance.
 /// What is left is of third order.
-inline constexpr std::int32_t kFarFromPoles = INT32_MAX;
 struct CurveRow {
   float along = 0;   ///< 2^-10 m, not below 0
   float sway = 0;    ///< samples to the east, for each of u * v
   float narrow = 1;  ///< how wide a sample is, of its height: 1 at the equator, 0 at a pole, whose row is one point
-  std::int32_t to_pole = kFarFromPoles;  ///< rows
+  std::int32_t to_pole = INT32_MAX;  ///< rows
 
   CORDILLERA_HD bool is_pole() const { return narrow == 0; }
   /// Samples to the north, of a chord of so many columns.

@@ -87,18 +87,14 @@ CORDILLERA_HD inline Triangle make_triangle(const Corner& a, const Corner& b, co
   t.dy = static_cast<float>((rise_c * ux - rise_b * vx) * inverse);
   const float wide = static_cast<float>(t.east - t.west + 8), high = static_cast<float>(t.north - t.south + 8);
   const float rise = (magnitude(t.dx) * wide + magnitude(t.dy) * high) + (t.bend_x * (wide * wide) + t.bend_y * (high * high));
-  const float across = static_cast<float>(t.east - t.west), up = static_cast<float>(t.north - t.south);
-  const float sway = magnitude(t.dy) * curve.north(across) + magnitude(t.dx) * curve.east(across, up);
+  const float columns = static_cast<float>(t.east - t.west), rows = static_cast<float>(t.north - t.south);
+  const float sway = magnitude(t.dy) * curve.north(columns) + magnitude(t.dx) * curve.east(columns, rows);
   t.tolerance = demand.tolerance - (rise * kRoundingShare + sway);
   t.rim_reach = demand.rim_reach;
   t.published = !(a.is_void || b.is_void || c.is_void);
-  // Edge 0 goes from a to b, 1 from b to c, 2 from c to a.
-  const int edges = (a.is_void ? 0 : 5) | (b.is_void ? 0 : 3) | (c.is_void ? 0 : 6), voids = a.is_void + b.is_void + c.is_void;
-  t.beside_shown = static_cast<std::uint8_t>(voids == 1                         ? (a.is_void   ? 2
-                                                                                   : b.is_void ? 4
-                                                                                               : 1)
-                                             : voids == 2 && demand.keeps_shown ? edges
-                                                                                : 0);
+  // The edges that meet at every valid corner: 0 goes from a to b, 1 from b to c, 2 from c to a.
+  const int common = (a.is_void ? 7 : 5) & (b.is_void ? 7 : 3) & (c.is_void ? 7 : 6), voids = a.is_void + b.is_void + c.is_void;
+  t.beside_shown = voids == 1 || (voids == 2 && demand.keeps_shown) ? static_cast<std::uint8_t>(common) : std::uint8_t{0};
   return t;
 }
 
