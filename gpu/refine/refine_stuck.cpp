@@ -396,7 +396,8 @@ Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limi
     mesh.triangles[*off] = mesh.triangles[last];
     mesh.triangles.pop_back();
     for (const std::uint32_t v : gone) {
-      if (std::none_of(mesh.triangles.begin(), mesh.triangles.end(), [v](const auto& t) { return std::ranges::count(t, v) > 0; }))
+      if (std::none_of(mesh.triangles.begin(), mesh.triangles.end(),
+                       [v](const auto& other) { return std::ranges::count(other, v) > 0; }))
         mesh.mark[v] |= proto::kVoid;
     }
     std::replace(left.begin(), left.end(), last, *off);

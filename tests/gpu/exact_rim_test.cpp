@@ -16,7 +16,7 @@ using HeightOf = std::function<std::int32_t(int, int)>;
 /// 129 x 129 samples, sides of tiles every 64.
 struct Ground {
   static constexpr int kSide = 129, kTileSide = 64;
-  proto::Samples samples{.west = 0, .south = 0, .columns = kSide, .rows = kSide};
+  proto::Samples samples{0, 0, kSide, kSide, {}, {}};
   std::vector<CurveRow> curve;
 
   explicit Ground(const HeightOf& height) {
