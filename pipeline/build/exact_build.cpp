@@ -98,11 +98,11 @@ class BlockBuild {
     return made;
   }
 
-  /// What a GPU knows of the tiles' triangles; nothing where none is free, or where there are so few that a call costs more than
+  /// What a GPU knows of the tiles' triangles; nothing where there is none, or where they are so few that a call costs more than
   /// it spares. Nor where somebody waits: all threads are there sooner.
   std::vector<gpu::SurfaceMemory> measured(ExactSimplifiers& simplifiers, const LevelContext& context,
                                            const std::vector<BuiltTile>& tiles) {
-    constexpr std::size_t kWorthACall = 1 << 14;
+    constexpr std::size_t kWorthACall = 1 << 11;
     std::vector<gpu::SurfaceErrorInput> inputs;
     std::size_t triangles = 0;
     for (const BuiltTile& tile : tiles) {

@@ -91,15 +91,16 @@ class Sheet {
     const std::size_t count = held_by_.size();
     height_m_.resize(count), sums_.resize(count, 0), moved_.resize(count, 0), bounds_at_.resize(count, 0);
     for (std::size_t k = 0; k < count; ++k) height_m_[k] = samples_.height[k] * proto::kHeightStep_m;
-    for (const std::uint32_t p : far_off_) spread(hold_of(pixels_[p], cells_[p]));
+    for (const std::uint32_t p : far_off_) spread(hold_of(pixels_[p], cells_[p]), is_bounded(1));
     for (int round = 1; !touched_.empty(); ++round) {
-      move_touched(round <= kBoundedRounds);
-      if (round < kRounds) spread_beside_moved();
+      move_touched(is_bounded(round));
+      if (round < kRounds) spread_beside_moved(is_bounded(round + 1));
     }
     put_back(height_m_.data(), height_m_.size(), samples_.height.data());
   }
 
  private:
+  static bool is_bounded(int round) { return round <= kBoundedRounds; }
   bool is_void(std::size_t k) const { return samples_.height[k] == proto::kNoHeight; }
   bool moves(std::size_t k) const {
     return (samples_.flat_water[k] & proto::kFlatWater) == 0 && k >= south_pole_end_ && k < north_pole_begin_;
@@ -125,12 +126,13 @@ class Sheet {
     return squares > 0 ? kStep / squares : 0;
   }
 
-  void spread(const Hold& h) {
+  /// bounded: so is the round in which the vertices will move.
+  void spread(const Hold& h, bool bounded) {
     const double far_m = missing_m(h, [this](std::uint32_t k) { return height_m_[k]; });
     const double grains = (far_m - std::copysign(h.within_m, far_m)) * share_of(h) * kGrain;
     for (std::size_t k = 0; k < 3; ++k) {
       sums_[h.vertex[k]] += std::llrint(h.weight[k] * grains);
-      bounds_of(h.vertex[k]).add(h.height_m);
+      if (bounded) bounds_of(h.vertex[k]).add(h.height_m);
       touched_.push_back(h.vertex[k]);
     }
   }
@@ -138,17 +140,27 @@ class Sheet {
   /// Of the samples around it, as they were; pixels that move it come to them.
   Bounds& bounds_of(std::uint32_t k) {
     if (bounds_at_[k] == 0) {
-      const auto columns = static_cast<std::uint32_t>(samples_.columns), x = k % columns, y = k / columns;
-      const std::uint32_t reach = kBoundsReach, rows = static_cast<std::uint32_t>(samples_.rows);
-      Bounds bounds;
-      for (std::uint32_t j = y - std::min(y, reach); j <= std::min(y + reach, rows - 1); ++j) {
-        for (std::uint32_t i = x - std::min(x, reach); i <= std::min(x + reach, columns - 1); ++i)
-          if (!is_void(j * columns + i)) bounds.add(samples_.height[j * columns + i] * proto::kHeightStep_m);
-      }
-      bounds_.push_back(bounds);
+      bounds_.push_back(heights_around(static_cast<std::int32_t>(k)));
       bounds_at_[k] = static_cast<std::uint32_t>(bounds_.size());
     }
     return bounds_[bounds_at_[k] - 1];
+  }
+
+  Bounds heights_around(std::int32_t k) const {
+    constexpr std::int32_t kNone = INT32_MAX;
+    static_assert(proto::kNoHeight == INT32_MIN);  // so a void is never the greatest
+    const std::int32_t x = k % samples_.columns, y = k / samples_.columns;
+    const std::int32_t west = std::max(x - kBoundsReach, 0), east = std::min(x + kBoundsReach, samples_.columns - 1);
+    const std::int32_t south = std::max(y - kBoundsReach, 0), north = std::min(y + kBoundsReach, samples_.rows - 1);
+    std::int32_t least = kNone, greatest = proto::kNoHeight;
+    for (std::int32_t j = south; j <= north; ++j) {
+      const std::int32_t* const row = samples_.height.data() + static_cast<std::ptrdiff_t>(j) * samples_.columns;
+      for (std::int32_t i = west; i <= east; ++i) {
+        least = std::min(least, row[i] == proto::kNoHeight ? kNone : row[i]);
+        greatest = std::max(greatest, row[i]);
+      }
+    }
+    return {least * proto::kHeightStep_m, greatest * proto::kHeightStep_m};
   }
 
   bool is_beside_a_wall(const Bounds& bounds) const { return bounds.greatest_m - bounds.least_m > wall_m_; }
@@ -169,7 +181,7 @@ class Sheet {
   }
 
   /// Pixels around which nothing moved in the last round are as near as they were.
-  void spread_beside_moved() {
+  void spread_beside_moved(bool bounded) {
     if (last_moved_.empty()) return;
     const auto up = static_cast<std::size_t>(samples_.columns);
     const auto height_m = [this](std::uint32_t k) { return height_m_[k]; };
@@ -178,7 +190,7 @@ class Sheet {
       const std::uint8_t* const corner = moved_.data() + cells_[p];
       if ((corner[0] | corner[1] | corner[up] | corner[up + 1]) == 0) continue;
       const Hold h = hold_of(pixels_[p], cells_[p]);
-      if ((moved_[h.vertex[0]] | moved_[h.vertex[1]] | moved_[h.vertex[2]]) != 0 && is_far_off(h, height_m)) spread(h);
+      if ((moved_[h.vertex[0]] | moved_[h.vertex[1]] | moved_[h.vertex[2]]) != 0 && is_far_off(h, height_m)) spread(h, bounded);
     }
   }
 

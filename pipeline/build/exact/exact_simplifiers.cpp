@@ -227,8 +227,10 @@ std::vector<gpu::SurfaceMemory> ExactSimplifiers::measure(std::span<const gpu::S
   std::unique_ptr<gpu::BatchMeter> meter;
   std::string device;
   {
-    const std::lock_guard lock(mutex_);
-    if (wanted_ == kCpu || meters_in_use_ >= most_meters_) return {};
+    std::unique_lock lock(mutex_);
+    // Who waits is no worker: the threads have others' tiles to finish meanwhile.
+    changed_.wait(lock, [this] { return wanted_ == kCpu || most_meters_ == 0 || meters_in_use_ < most_meters_; });
+    if (wanted_ == kCpu || most_meters_ == 0) return {};
     ++meters_in_use_;
     device = wanted_;
     if (!idle_meters_.empty()) {
@@ -241,12 +243,9 @@ std::vector<gpu::SurfaceMemory> ExactSimplifiers::measure(std::span<const gpu::S
     const std::lock_guard lock(mutex_);
     --meters_in_use_;
     if (!works) drop_meters();
-    if (works && most_meters_ > 0) {
-      idle_meters_.push_back(std::move(meter));
-    } else {
-      meter.reset();
-      changed_.notify_all();
-    }
+    if (works && most_meters_ > 0) idle_meters_.push_back(std::move(meter));
+    meter.reset();
+    changed_.notify_all();
   });
   try {
     if (!meter) {
