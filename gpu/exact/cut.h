@@ -9,7 +9,9 @@ namespace cordillera::gpu::exact {
 
 inline constexpr int kBinShift =
     4;  ///< a bin has 16 x 16 samples, which fit the smallest window, or more where it is known that its vertices do
-inline constexpr std::uint32_t kWindowsWanted = 132;  ///< of a block: windows are smaller where that gives more of them
+/// Vertices on a window's rim wait for the next pass, so small windows leave up to a quarter more triangles. Blocks of fewer
+/// samples go several together, and have windows enough; a large one has smaller windows where that gives so many of them.
+inline constexpr std::uint32_t kSamplesOfLarge = 1 << 23, kWindowsWanted = 132;
 
 CORDILLERA_HD inline std::uint32_t spread_bits(std::uint32_t v) {
   v = (v | v << 8) & 0x00ff00ffu;
@@ -66,6 +68,9 @@ struct CutView {
   }
   /// Room of a window: likewise.
   CORDILLERA_HD std::uint32_t capacity(std::uint32_t block) const {
+    const Field& field = views[block].field;
+    if (static_cast<std::uint32_t>(field.columns) * static_cast<std::uint32_t>(field.rows) < kSamplesOfLarge)
+      return kWindowCapacity;
     const std::uint32_t wanted = (first_vertex[block + 1] - first_vertex[block]) / kWindowsWanted & ~3u;
     return wanted < kSmallestWindow ? kSmallestWindow : wanted > kWindowCapacity ? kWindowCapacity : wanted;
   }

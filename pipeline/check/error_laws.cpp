@@ -66,11 +66,10 @@ void ErrorLaws::add(const CheckedTile& tile, double stated_m, Report& report) {
 
 void ErrorLaws::finish(const proto::Source& stated, Report& report) const {
   if (!stated.has_error_at_pixels()) return;  // an earlier version's
-  // Measured again, sums of a global raster differ in the sixth digit: an RMSE of 329.213 m for 329.211.
-  static constexpr double kGrace_m = 1.0 / 1024, kGraceShare = 1e-5;
+  static constexpr double kGrace_m = 1.0 / 1024;
   const proto::ErrorAtPixels found = pixels_.total();
   const proto::ErrorAtPixels& said = stated.error_at_pixels();
-  const auto exceeds = [](double now_m, double said_m) { return now_m > said_m + std::max(kGrace_m, kGraceShare * said_m); };
+  const auto exceeds = [](double now_m, double said_m) { return now_m > said_m + kGrace_m; };
   if (exceeds(found.max(), said.max()) || exceeds(found.rmse(), said.rmse()))
     report.findings.add("pixels", "the finest level is " + metres(found.max()) + " off the raster's pixels, RMSE " +
                                       metres(found.rmse()) + ", and " + metres(said.max()) + ", RMSE " + metres(said.rmse()) +

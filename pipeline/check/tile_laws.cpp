@@ -13,7 +13,8 @@ namespace {
 
 using proto::Vec3;
 
-constexpr double kSlack_m = 1e-4;  // sines of another machine's library may differ in their last bits
+constexpr double kMostHeight_m = 2 * proto::kMaxHeight_m;  // vertices may be above the raster's heights, by their level's target
+constexpr double kSlack_m = 1e-4;                          // sines of another machine's library may differ in their last bits
 
 std::string words(const std::array<std::int32_t, 3>& p) {
   return std::to_string(p[0]).insert(0, 1, '(') + ", " + std::to_string(p[1]) + ")";
@@ -30,7 +31,7 @@ std::optional<std::string> misplaced(const DecodedDrc& mesh, const TileBytes& by
   if (!of_the_level) return "its height step is not that of its level";
   for (const auto& p : mesh.points) {
     if (p[0] < 0 || p[1] < 0 || p[0] > mesh.side || p[1] > mesh.side) return "vertex " + words(p) + " is outside";
-    if (std::abs(p[2] * mesh.height_step) > proto::kMaxHeight_m) return "vertex " + words(p) + " has an impossible height";
+    if (std::abs(p[2] * mesh.height_step) > kMostHeight_m) return "vertex " + words(p) + " has an impossible height";
   }
   for (const Triangle& t : mesh.triangles) {
     for (const std::uint32_t v : t) {

@@ -105,24 +105,25 @@ std::vector<std::uint32_t> TilePixels::triangles_over(const proto::TileMesh& mes
 
 proto::PixelErrors TilePixels::errors(const proto::TileMesh& mesh) {
   see(mesh);
-  std::vector<std::uint8_t> counted(pixels_.size(), 0);
+  constexpr double kUncovered = -1;
+  std::vector<double> of_pixel_m(pixels_.size(), kUncovered);
   std::vector<std::uint32_t> counts;
+  for (std::size_t t = 0; t < seen_.size(); ++t) {
+    if (!is_published(mesh, mesh.triangles[t])) continue;
+    for (std::uint32_t k = seen_[t].first; k < seen_[t].end; ++k)
+      of_pixel_m[errors_[k].pixel] = std::max(of_pixel_m[errors_[k].pixel], errors_[k].error_m);
+  }
   proto::PixelErrors errors;
   double greatest_m = 0, squares = 0;
   std::uint32_t measured = 0;
-  for (std::size_t t = 0; t < seen_.size(); ++t) {
-    if (!is_published(mesh, mesh.triangles[t])) continue;
-    for (std::uint32_t k = seen_[t].first; k < seen_[t].end; ++k) {
-      const auto& [pixel, error_m] = errors_[k];
-      if (counted[pixel] != 0) continue;  // on a side that another triangle has, too
-      counted[pixel] = 1;
-      greatest_m = std::max(greatest_m, error_m);
-      squares += error_m * error_m;
-      const std::uint32_t step = pixel_error_step(error_m);
-      if (step >= counts.size()) counts.resize(step + 1, 0);
-      ++counts[step];
-      ++measured;
-    }
+  for (const double error_m : of_pixel_m) {
+    if (error_m == kUncovered) continue;
+    greatest_m = std::max(greatest_m, error_m);
+    squares += error_m * error_m;
+    const std::uint32_t step = pixel_error_step(error_m);
+    if (step >= counts.size()) counts.resize(step + 1, 0);
+    ++counts[step];
+    ++measured;
   }
   errors.set_max(greatest_m);
   errors.set_sum_squared(squares);

@@ -40,7 +40,7 @@ class TilePixels {
 
   /// Indices of a mesh's published triangles that are farther than the limit from a pixel.
   std::vector<std::uint32_t> triangles_over(const proto::TileMesh& mesh, double limit_m);
-  /// Each pixel's error once, of the first triangle that has it.
+  /// Each pixel's error once: on an edge, which flat triangles leave a gap along, that of the triangle that is farther off.
   proto::PixelErrors errors(const proto::TileMesh& mesh);
 
  private:

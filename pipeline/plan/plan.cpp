@@ -33,10 +33,16 @@ constexpr double kPixelShare = 1.0 / 10;  // of the finest target: see pixels_wi
 
 using proto::floor_divide;
 
+bool has_cells_within_pixels(const proto::Source& source, int level, double share = raster::kMostSpacing) {
+  return raster::spacing(source, {level}) <= share;
+}
+
+bool is_line_of_pixels(const proto::Source& source) { return std::min(source.columns(), source.rows()) <= 2; }
+
 /// The first level whose cell height is no larger than the geometric mean of the source's pixel at its centre; than half of it
 /// where the raster is a line of pixels, or two, which a whole cell of the lattice must fit into wherever it lies.
 int level_of_pixels(const proto::Source& source) {
-  const double share = std::min(source.columns(), source.rows()) <= 2 ? 0.5 : 1;
+  const double share = is_line_of_pixels(source) ? 0.5 : 1;
   const double pixel_m = share * std::sqrt(source.pixel_height_m() * source.pixel_width_m());
   const double latitude = (source.bbox(1) + source.bbox(3)) / 2;
   for (int z = 0; z < proto::kMaxLevel; ++z) {
@@ -46,10 +52,6 @@ int level_of_pixels(const proto::Source& source) {
     if (proto::cell_height_m(lattice, std::llround(row)) <= pixel_m * (1 + 1e-6)) return z;
   }
   return proto::kMaxLevel;
-}
-
-bool has_cells_within_pixels(const proto::Source& source, int level) {
-  return raster::spacing(source, {level}) <= raster::kMostSpacing;
 }
 
 /// voids= a height. Beside ground that is a wall as high as the ground: to meet pixels on both sides of it, samples would leap
@@ -65,9 +67,12 @@ bool is_to_meet_pixels(const proto::BuildOptions& options) {
 }
 
 /// Meeting pixels takes cells that are neither wider nor higher than they: those of a pixel that is up to four times as long
-/// as it is wide are one level finer.
+/// as it is wide are one level finer. Pixels in degrees become narrow towards the poles, and so do cells: a coarser level whose
+/// cells are well within pixels, as half of all levels' are, is fine enough.
 int finest_level(const proto::Source& source, const proto::BuildOptions& options) {
-  const int level = level_of_pixels(source);
+  int level = level_of_pixels(source);
+  constexpr double kWellWithin = 0.7;
+  while (level > 0 && !is_line_of_pixels(source) && has_cells_within_pixels(source, level - 1, kWellWithin)) --level;
   const bool finer = is_to_meet_pixels(options) && level < proto::kMaxLevel && !has_cells_within_pixels(source, level) &&
                      has_cells_within_pixels(source, level + 1);
   return finer ? level + 1 : level;

@@ -68,6 +68,13 @@ TEST(Exact, ARectangleOfLargerSamplesIsEnough) {
   EXPECT_EQ(hash_of(simplified({&inside, 1}, plan)[0], inside, plan), hash_of(simplified({&alone, 1}, plan)[0], alone, plan));
 }
 
+// What lies on a window's rim waits for the next pass. With windows as small as many in a small block would be, it was 21,266.
+TEST(Exact, SmallRoughBlocksNeedFewTriangles) {
+  const proto::Samples samples = made_samples("islands", {0, 0, 257, 257});
+  const Block block = whole(samples);
+  EXPECT_LT(simplified({&block, 1}, plan_of(1, 1, 256))[0][0].triangles.size(), 17'500u);
+}
+
 TEST(Exact, FittedHeightsNeedFewerTrianglesAndErrLess) {
   const proto::Samples samples = made_samples("alpine", {0, 0, 257, 257});
   const Block block = whole(samples);
@@ -117,11 +124,11 @@ constexpr int kHashedSide = 257, kHashedLevels = 4;
 constexpr double kHashedTolerance_m = 5;
 // Recorded on one NVIDIA H200 (CUDA 13.0, sm_90) by `exact_bench cuda 1 made:NAME 257 1 5 --levels 4`, level by level.
 const std::map<std::string, std::array<std::uint64_t, kHashedLevels>> kDeviceHashes{
-    {"alpine", {0x918b7938da4a2d86, 0x0fa9b52f4951b86e, 0x92b0204f95a30078, 0x0899fc6a6a124f94}},
-    {"rolling", {0x032ddfe7f69023ee, 0x0c7954768d58fb6b, 0x06957e79ebec9dd8, 0x2518e1fb0eddb961}},
-    {"city", {0x5f6001c46fe68557, 0x869df06ef557306c, 0x9194ef1022b877d8, 0x938930622dce5ce6}},
-    {"islands", {0xdeafd2d99fd72e9b, 0xb91d1589c453c892, 0x34945da4a618e4bc, 0x7b0a87d718050ce6}},
-    {"noise", {0x74173d12f0f59d3f, 0x9c448c60c30a079f, 0xbce63076dd5d9011, 0x65be492874a43644}},
+    {"alpine", {0x2f290bf1e3f6f72f, 0x77cf7445cf1001f1, 0xd7b148a18f8f5594, 0x5c5a74ed34e5a077}},
+    {"rolling", {0xef9b852adcb943d0, 0x01b5fca6668ac788, 0x996ec765ba015985, 0x85ad2ae6ac0bdb4a}},
+    {"city", {0xd93fe1403a2dae4d, 0xefe2da19c247a5c9, 0x751876deb0820c9b, 0x938930622dce5ce6}},
+    {"islands", {0x763f66e7047d5fed, 0x99bd8f27fc858260, 0x8998eccdac2ad53a, 0xd4454e2cb60870dc}},
+    {"noise", {0x4f708f0552ba5ed3, 0x64644d669509a4ef, 0x6e434e39688f9ede, 0xa3736aee767e93bb}},
     {"plane", {0xd61783bebfc98542, 0xd61783bebfc98542, 0xd61783bebfc98542, 0xd61783bebfc98542}},
 };
 

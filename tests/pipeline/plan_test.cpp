@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <optional>
 #include <random>
 #include <utility>
@@ -68,6 +70,19 @@ TEST(NodeWindow, OfARootIsNoWiderThanItWhereDataGoesAround) {
     EXPECT_EQ(window.east, 1024 * (x + 1));
     EXPECT_EQ(window.south, 20);
     EXPECT_EQ(window.north, 1000);
+  }
+}
+
+// Pixels in degrees become narrow towards a pole, and cells of the lattice as much: no level has to be finer for that.
+TEST(LevelRange, OfPixelsInDegreesIsTheSameUpToAPole) {
+  constexpr double kPixel_deg = 0.01, kDegree_m = 111195;
+  for (const double latitude : {0.0, 46.0, 72.0, 85.0, 89.5, 89.95}) {
+    proto::Source source;
+    source.set_columns(100), source.set_rows(10);
+    source.set_pixel_height_m(kPixel_deg * kDegree_m);
+    source.set_pixel_width_m(kPixel_deg * kDegree_m * std::cos(latitude / 180 * std::numbers::pi));
+    for (const double side : {10.0, latitude - 0.05, 11.0, latitude + 0.05}) source.add_bbox(side);
+    EXPECT_EQ(level_range(source, {})->first, 7) << latitude;
   }
 }
 
