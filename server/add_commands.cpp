@@ -267,7 +267,10 @@ void add_check(CommandLine& commands) {
                    [line] { return check_command(*line); });
   check->add_option("path", line->path,
                     "a dataset.sqlite, a dataset's folder, a folder that build wrote, or a server's data folder");
-  check->add_option("--source", line->source, "the raster it was built from: stated errors are measured against it")
+  check
+      ->add_option(
+          "--source", line->sources,
+          "the raster it was built from: stated errors are measured against it; of several each, in their order, or their list")
       ->type_name("RASTER");
   add_value_flag(*check, "--json", line->show, Show::json, "the report as JSON");
 }

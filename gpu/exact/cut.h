@@ -10,7 +10,8 @@ namespace cordillera::gpu::exact {
 inline constexpr int kBinShift =
     4;  ///< a bin has 16 x 16 samples, which fit the smallest window, or more where it is known that its vertices do
 /// Vertices on a window's rim wait for the next pass, so small windows leave up to a quarter more triangles. Blocks of fewer
-/// samples go several together, and have windows enough; a large one has smaller windows where that gives so many of them.
+/// samples mostly go several together on a GPU, and one alone takes some milliseconds more; a large one has smaller windows where
+/// that gives so many of them.
 inline constexpr std::uint32_t kSamplesOfLarge = 1 << 23, kWindowsWanted = 132;
 
 CORDILLERA_HD inline std::uint32_t spread_bits(std::uint32_t v) {

@@ -98,8 +98,8 @@ class BlockBuild {
     return made;
   }
 
-  /// What a GPU knows of the tiles' triangles; nothing where there is none, or where they are so few that a call costs more than
-  /// it spares. Nor where somebody waits: all threads are there sooner.
+  /// What a GPU knows of the tiles' triangles; nothing where there is no GPU, or where they are so few that a call costs more
+  /// than it spares. Nor where somebody waits: all threads are there sooner.
   std::vector<gpu::SurfaceMemory> measured(ExactSimplifiers& simplifiers, const LevelContext& context,
                                            const std::vector<BuiltTile>& tiles) {
     constexpr std::size_t kWorthACall = 1 << 11;

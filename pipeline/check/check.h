@@ -1,18 +1,26 @@
 #pragma once
 // Whether a dataset is what it says: every checksum, record, border and bound, and its stated errors where the raster is at hand.
+#include <functional>
+#include <memory>
 #include <string>
 
 #include "pipeline/check/report.h"
 #include "proto/result.h"
+#include "raster/source.h"
 
 namespace cordillera::pipeline::check {
 
-/// A dataset's .sqlite file. raster: of the build, or empty. A Problem if it is none, or cannot be opened at all; what is wrong
+/// Opens what a dataset was built from, as its manifest's options say; none: it is not at hand.
+using OpenRasters = std::function<proto::Result<std::unique_ptr<raster::Source>>(const proto::Manifest& manifest)>;
+/// One raster of this machine.
+OpenRasters raster_at(const std::string& path);
+
+/// A dataset's .sqlite file. A Problem if it is none, or cannot be opened at all; what is wrong
 /// inside is in the report. Reads the whole file.
-proto::Result<Report> check_store(const std::string& path, const std::string& raster);
+proto::Result<Report> check_store(const std::string& path, const OpenRasters& rasters);
 
 /// A static folder with .drc tiles and the .glb of `build`: no checksums and no records are there; the rest is held to the same
 /// laws.
-proto::Result<Report> check_folder(const std::string& folder, const std::string& raster);
+proto::Result<Report> check_folder(const std::string& folder, const OpenRasters& rasters);
 
 }  // namespace cordillera::pipeline::check

@@ -73,7 +73,7 @@ void check_level(const fs::path& folder, const proto::Manifest& manifest, const 
 
 }  // namespace
 
-proto::Result<Report> check_folder(const std::string& folder, const std::string& raster) {
+proto::Result<Report> check_folder(const std::string& folder, const OpenRasters& rasters) {
   const auto manifest = manifest_of_folder(folder);
   if (!manifest || manifest->levels_size() == 0) {
     return proto::Problem{"file-unreadable", folder + "/manifest.json is no manifest", "a folder that `cordillera build` wrote",
@@ -95,8 +95,8 @@ proto::Result<Report> check_folder(const std::string& folder, const std::string&
     planned.set_ecef_step(kNoRounding_m);
   }
   std::unique_ptr<ErrorLaws> errors;
-  if (!raster.empty()) {
-    auto opened = ErrorLaws::open(raster, *manifest, plan);
+  if (rasters) {
+    auto opened = ErrorLaws::open(rasters, *manifest, plan);
     if (!opened) return opened.problem();
     errors = std::move(*opened);
   }

@@ -178,7 +178,7 @@ class StoreCheck {
 
 }  // namespace
 
-proto::Result<Report> check_store(const std::string& path, const std::string& raster) {
+proto::Result<Report> check_store(const std::string& path, const OpenRasters& rasters) {
   auto reader = StoreReader::open(path);
   if (!reader) return reader.problem();
   const proto::Manifest manifest = (*reader)->manifest();
@@ -187,8 +187,8 @@ proto::Result<Report> check_store(const std::string& path, const std::string& ra
     StoreCheck check(path, manifest, report);
     if (!check.pages() || !check.plan()) return report;
     std::unique_ptr<ErrorLaws> errors;
-    if (!raster.empty()) {
-      auto opened = ErrorLaws::open(raster, manifest, check.known_plan());
+    if (rasters) {
+      auto opened = ErrorLaws::open(rasters, manifest, check.known_plan());
       if (!opened) return opened.problem();
       errors = std::move(*opened);
     }

@@ -2,6 +2,7 @@
 // Stated errors, and what is covered, held against the raster itself.
 #include <memory>
 
+#include "pipeline/check/check.h"
 #include "pipeline/check/tile_laws.h"
 #include "pipeline/store/pixel_error_sum.h"
 #include "raster/source.h"
@@ -12,7 +13,7 @@ namespace cordillera::pipeline::check {
 class ErrorLaws {
  public:
   /// plan: scheme, finest_level and levels.
-  static proto::Result<std::unique_ptr<ErrorLaws>> open(const std::string& raster, const proto::Manifest& manifest,
+  static proto::Result<std::unique_ptr<ErrorLaws>> open(const OpenRasters& rasters, const proto::Manifest& manifest,
                                                         const proto::Plan& plan);
   void add(const CheckedTile& tile, double stated_m, Report& report);
   /// After all tiles: what the manifest states at the raster's pixels, held against the finest level's.

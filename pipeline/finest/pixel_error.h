@@ -40,7 +40,8 @@ class TilePixels {
 
   /// Indices of a mesh's published triangles that are farther than the limit from a pixel.
   std::vector<std::uint32_t> triangles_over(const proto::TileMesh& mesh, double limit_m);
-  /// Each pixel's error once: on an edge, which flat triangles leave a gap along, that of the triangle that is farther off.
+  /// Each pixel's error once. On an edge, which does not run above its line on the lattice, two triangles have different
+  /// heights there: the greater error counts.
   proto::PixelErrors errors(const proto::TileMesh& mesh);
 
  private:

@@ -68,11 +68,11 @@ bool is_to_meet_pixels(const proto::BuildOptions& options) {
 
 /// Meeting pixels takes cells that are neither wider nor higher than they: those of a pixel that is up to four times as long
 /// as it is wide are one level finer. Pixels in degrees become narrow towards the poles, and so do cells: a coarser level whose
-/// cells are well within pixels, as half of all levels' are, is fine enough.
+/// cells are well within pixels is fine enough. At the equator half of all rasters have such cells.
 int finest_level(const proto::Source& source, const proto::BuildOptions& options) {
   int level = level_of_pixels(source);
-  constexpr double kWellWithin = 0.7;
-  while (level > 0 && !is_line_of_pixels(source) && has_cells_within_pixels(source, level - 1, kWellWithin)) --level;
+  const double well_within = is_line_of_pixels(source) ? 0.35 : 0.7;
+  while (level > 0 && has_cells_within_pixels(source, level - 1, well_within)) --level;
   const bool finer = is_to_meet_pixels(options) && level < proto::kMaxLevel && !has_cells_within_pixels(source, level) &&
                      has_cells_within_pixels(source, level + 1);
   return finer ? level + 1 : level;
@@ -179,7 +179,8 @@ void derive_level(const proto::Plan& plan, proto::LevelPlan& level) {
 
 namespace {
 
-/// level: whose cells it is measured by; of pixels that are not square the one before the finest, which has no more to show.
+/// level: whose cells it is measured by. Where the finest level is one finer for pixels that are not square, it is the one
+/// before: the finest has no more to show.
 double default_error_m(const proto::Plan& plan, int level) {
   const int coarser = static_cast<int>(plan.finest_level()) - level;
   const double cell_m = std::ldexp(proto::cell_height_m(lattice_of(plan), (plan.window(1) + plan.window(3)) / 2), coarser);
@@ -237,7 +238,8 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
   plan.set_exact(exact.ok() && (options.strategy() == gpu::kExact || is_automatic(options)));
   plan.set_block_level(static_cast<std::uint32_t>(block_level(plan)));  // places to look at are found by it
   if (!options.has_error() || needs_heights(plan, options.error())) see_heights(source, plan);
-  const int level_of_error = options.has_max_level() ? range->first : level_of_pixels(source.description());
+  const int level_of_error =
+      options.has_max_level() ? range->first : std::min(level_of_pixels(source.description()), range->first);
   const double error = options.has_error() ? options.error() : default_error_m(plan, level_of_error);
   if (plan.exact()) plan_exact_blocks(plan);
   // How and where it is built changes no byte, so it is no part of the plan.

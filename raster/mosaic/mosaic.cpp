@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <set>
 
 #include "proto/ellipsoid.h"
@@ -230,14 +231,22 @@ class Mosaic final : public Source {
   proto::Lru<std::size_t, std::shared_ptr<Source>> open_{kOpenMembers};  ///< each counts one
 };
 
-double pixel_m(const proto::Source& source) { return std::sqrt(source.pixel_width_m() * source.pixel_height_m()); }
+double cosine(double latitude_deg) { return std::max(std::cos(latitude_deg / 180 * std::numbers::pi), 1e-6); }
 
 void Mosaic::describe() {
-  const auto finest = std::min_element(members_.begin(), members_.end(), [](const MosaicMember& a, const MosaicMember& b) {
-    return pixel_m(a.description) < pixel_m(b.description);
+  description_ = members_.front().description;
+  if (members_.size() == 1) return;
+  const Window w = window(kMemberLattice);
+  const double south = kMemberLattice.latitude_deg(w.south), north = kMemberLattice.latitude_deg(w.north);
+  // At the mosaic's centre a pixel counts as wide as would be as many of the lattice's cells, which become narrow towards a pole.
+  const auto width_m = [&](const proto::Source& s) {
+    return s.pixel_width_m() * cosine((south + north) / 2) / cosine((s.bbox(1) + s.bbox(3)) / 2);
+  };
+  const auto finest = std::min_element(members_.begin(), members_.end(), [&](const MosaicMember& a, const MosaicMember& b) {
+    return width_m(a.description) * a.description.pixel_height_m() < width_m(b.description) * b.description.pixel_height_m();
   });
   description_ = finest->description;
-  if (members_.size() == 1) return;
+  description_.set_pixel_width_m(width_m(finest->description));
   description_.set_file(std::to_string(members_.size()) + " rasters");
   const auto common = [&](auto get) {
     std::set<std::string> values;
@@ -254,14 +263,13 @@ void Mosaic::describe() {
   description_.set_unit(common([](const proto::Source& s) { return s.unit(); }));
   description_.set_nodata(common([](const proto::Source& s) { return s.nodata(); }));
   description_.set_data_type(common([](const proto::Source& s) { return s.data_type(); }));
-  const Window w = window(kMemberLattice);
   const bool circle = w.east - w.west >= kMemberLattice.columns();
   const double east = kMemberLattice.longitude_deg(w.east);
   description_.clear_bbox();
   description_.add_bbox(circle ? -180 : kMemberLattice.longitude_deg(w.west));
-  description_.add_bbox(kMemberLattice.latitude_deg(w.south));
+  description_.add_bbox(south);
   description_.add_bbox(circle ? 180 : east > 180 ? east - 360 : east);
-  description_.add_bbox(kMemberLattice.latitude_deg(w.north));
+  description_.add_bbox(north);
 }
 
 }  // namespace

@@ -11,7 +11,6 @@
 #include "pipeline/exports/export.h"
 #include "pipeline/faces/tiles_3d/photo_texture.h"
 #include "raster/gdal/formats.h"
-#include "raster/mosaic/source_list.h"
 #include "raster/place/area.h"
 #include "raster/source.h"
 #include "server/api/estimate_json.h"
@@ -35,26 +34,14 @@ int fail(const proto::Problem& problem) {
 }
 
 proto::Result<pipeline::BuildRequest> request_for(const Settings& settings, const BuildLine& line) {
-  pipeline::BuildRequest request;
-  std::string file = fs::path(line.rasters.front()).filename().string();
-  const auto listed = raster::list_sources(line.rasters.front());
-  if (!listed) return listed.problem();
-  if (line.rasters.size() == 1 && listed->size() == 1 && listed->front().options.empty()) {
-    request.raster_path = listed->front().path;
-    file = fs::path(request.raster_path).filename().string();
-  } else {
-    auto sources = examine_sources(line.rasters, settings, BadSource::refuse);
-    if (!sources) return sources.problem();
-    for (const std::string& warning : sources->warnings) std::cerr << "cordillera: warning: " << warning << "\n";
-    request.members = std::move(sources->members);
-    if (!line.output.empty()) {  // a dry run needs none
-      const fs::path place = fs::absolute(line.output).lexically_normal();
-      file = (place.has_filename() ? place : place.parent_path()).filename().string();
-    }
+  auto request = request_of(line.rasters, settings);
+  if (!request) return request;
+  if (!request->members.empty() && !line.output.empty()) {  // a dry run needs none
+    const fs::path place = fs::absolute(line.output).lexically_normal();
+    request->raster_name = (place.has_filename() ? place : place.parent_path()).filename().string();
   }
-  request.raster_name = settings.build.name().empty() ? file : settings.build.name();
-  request.id = fs::path(request.raster_name).stem().string();
-  request.options = settings.build;
+  if (!settings.build.name().empty()) request->raster_name = settings.build.name();
+  request->id = fs::path(request->raster_name).stem().string();
   return request;
 }
 

@@ -3,6 +3,7 @@
 
 #include "pipeline/check/check.h"
 #include "server/cli/commands.h"
+#include "server/cli/sources.h"
 #include "server/datasets/layout.h"
 #include "server/datasets/registry.h"
 #include "server/http/json.h"
@@ -12,6 +13,7 @@ namespace cordillera::server {
 namespace {
 
 namespace fs = std::filesystem;
+using pipeline::check::OpenRasters;
 using pipeline::check::Report;
 
 Json json_of(const std::string& path, const Report& report) {
@@ -40,11 +42,22 @@ void print(const std::string& path, const Report& report) {
   std::cout << "\n";
 }
 
-proto::Result<Report> check_one(const fs::path& path, const std::string& raster) {
+/// Read as they were for the dataset.
+OpenRasters rasters_of(const std::vector<std::string>& sources) {
+  if (sources.empty()) return nullptr;
+  return [sources](const proto::Manifest& manifest) -> proto::Result<std::unique_ptr<raster::Source>> {
+    Settings settings;
+    settings.build = manifest.options();
+    const auto request = request_of(sources, settings);
+    return request ? pipeline::open_source(*request) : request.problem();
+  };
+}
+
+proto::Result<Report> check_one(const fs::path& path, const OpenRasters& rasters) {
   std::error_code error;
-  if (!fs::is_directory(path, error)) return pipeline::check::check_store(path.string(), raster);
-  if (fs::exists(path / kStoreFile, error)) return pipeline::check::check_store((path / kStoreFile).string(), raster);
-  return pipeline::check::check_folder(path.string(), raster);
+  if (!fs::is_directory(path, error)) return pipeline::check::check_store(path.string(), rasters);
+  if (fs::exists(path / kStoreFile, error)) return pipeline::check::check_store((path / kStoreFile).string(), rasters);
+  return pipeline::check::check_folder(path.string(), rasters);
 }
 
 /// Datasets of a server's data folder that should be whole; the server may run.
@@ -78,7 +91,7 @@ int check_command(const CheckLine& line) {
   bool sound = true;
   Json all = Json::array();
   if (fs::exists(layout.registry(), error)) {
-    if (!line.source.empty()) {
+    if (!line.sources.empty()) {
       complain({"usage", "--source goes with one dataset, and " + line.path + " is the data folder of a server",
                 "one of the folders in its datasets/", "--source"});
       return kUsage;
@@ -92,10 +105,10 @@ int check_command(const CheckLine& line) {
       return kFailed;
     }
     for (const std::string& id : ids)
-      sound = tell(layout.dataset(id).string(), check_one(layout.store(id), ""), line.show, all) && sound;
+      sound = tell(layout.dataset(id).string(), check_one(layout.store(id), nullptr), line.show, all) && sound;
     if (line.show == Show::table) std::cout << line.path << ": " << ids.size() << " datasets that are ready\n";
   } else {
-    sound = tell(line.path, check_one(line.path, line.source), line.show, all);
+    sound = tell(line.path, check_one(line.path, rasters_of(line.sources)), line.show, all);
   }
   if (line.show == Show::json) std::cout << Json{{"sound", sound}, {"datasets", all}}.dump(2) << "\n";
   return sound ? kDone : kFailed;

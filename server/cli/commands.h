@@ -68,8 +68,8 @@ int info_command(const std::string& path, Show show, const Settings& settings);
 int decode_command(const std::string& path);
 
 struct CheckLine {
-  std::string path;    ///< a store, a dataset's folder, a static folder or a server's data folder
-  std::string source;  ///< the raster it was built from, or empty
+  std::string path;                  ///< a store, a dataset's folder, a static folder or a server's data folder
+  std::vector<std::string> sources;  ///< the rasters it was built from, as they were named then, or none
   Show show = Show::table;
 };
 /// cordillera check: whether datasets are what they say. The exit code says so too.

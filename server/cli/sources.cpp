@@ -148,4 +148,22 @@ proto::Result<Sources> examine_sources(const std::vector<std::string>& words, co
   return sources;
 }
 
+proto::Result<pipeline::BuildRequest> request_of(const std::vector<std::string>& words, const Settings& settings) {
+  pipeline::BuildRequest request;
+  request.options = settings.build;
+  request.raster_name = fs::path(words.front()).filename().string();
+  const auto listed = raster::list_sources(words.front());
+  if (!listed) return listed.problem();
+  if (words.size() == 1 && listed->size() == 1 && listed->front().options.empty()) {
+    request.raster_path = listed->front().path;
+    request.raster_name = fs::path(request.raster_path).filename().string();
+    return request;
+  }
+  auto sources = examine_sources(words, settings, BadSource::refuse);
+  if (!sources) return sources.problem();
+  for (const std::string& warning : sources->warnings) std::cerr << "cordillera: warning: " << warning << "\n";
+  request.members = std::move(sources->members);
+  return request;
+}
+
 }  // namespace cordillera::server

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/build/build.h"
 #include "proto/result.h"
 #include "raster/mosaic/mosaic.h"
 #include "server/options/options.h"
@@ -21,5 +22,9 @@ struct Sources {
 /// settings; they may be crs, vertical_datum, nodata, voids, z_scale, z_offset. A raster beside the bbox is passed over. Rasters
 /// that overlap and count their heights from different surfaces are warned of, with the difference where they meet.
 proto::Result<Sources> examine_sources(const std::vector<std::string>& words, const Settings& settings, BadSource bad);
+
+/// A build of them, with the settings' options: of the one raster, or of several with its members. Named as the first of the
+/// words; what there is to warn of is told to stderr.
+proto::Result<pipeline::BuildRequest> request_of(const std::vector<std::string>& words, const Settings& settings);
 
 }  // namespace cordillera::server

@@ -68,7 +68,7 @@ TEST(Exact, ARectangleOfLargerSamplesIsEnough) {
   EXPECT_EQ(hash_of(simplified({&inside, 1}, plan)[0], inside, plan), hash_of(simplified({&alone, 1}, plan)[0], alone, plan));
 }
 
-// What lies on a window's rim waits for the next pass. With windows as small as many in a small block would be, it was 21,266.
+// What lies on a window's rim waits for the next pass. With smaller windows, so that a small block has many, it was 21,266.
 TEST(Exact, SmallRoughBlocksNeedFewTriangles) {
   const proto::Samples samples = made_samples("islands", {0, 0, 257, 257});
   const Block block = whole(samples);

@@ -73,7 +73,7 @@ TEST(NodeWindow, OfARootIsNoWiderThanItWhereDataGoesAround) {
   }
 }
 
-// Pixels in degrees become narrow towards a pole, and cells of the lattice as much: no level has to be finer for that.
+// Pixels in degrees become narrow towards a pole, and cells of the lattice as much.
 TEST(LevelRange, OfPixelsInDegreesIsTheSameUpToAPole) {
   constexpr double kPixel_deg = 0.01, kDegree_m = 111195;
   for (const double latitude : {0.0, 46.0, 72.0, 85.0, 89.5, 89.95}) {

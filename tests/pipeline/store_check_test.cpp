@@ -19,7 +19,7 @@ constexpr int kCheckedFinest = 4;
 
 /// What check says of a store, a line a finding.
 std::string findings_of(const std::string& path) {
-  const auto report = check::check_store(path, "");
+  const auto report = check::check_store(path, nullptr);
   if (!report) return "refused: " + report.problem().type;
   std::string lines;
   for (const check::Finding& finding : report->findings.kept()) lines += finding.where + ": " + finding.what + "\n";

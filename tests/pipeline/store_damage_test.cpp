@@ -115,7 +115,7 @@ class DamagedStore : public ::testing::Test {
       change("ALTER TABLE " + std::string(table) + " DROP COLUMN sum");
   }
   bool check_finds_something() {
-    const auto report = check::check_store(path_, "");
+    const auto report = check::check_store(path_, nullptr);
     return !report.ok() || !report->sound();
   }
 
@@ -220,7 +220,7 @@ TEST_F(DamagedStore, IsFoundByCheckInThePlanToo) {
     Database database(path_, Database::Mode::create);
     Statement(database, "UPDATE meta SET value = ? WHERE key = 'plan'").bind(plan.SerializeAsString()).run();
   }
-  const auto report = check::check_store(path_, "");
+  const auto report = check::check_store(path_, nullptr);
   ASSERT_TRUE(report.ok());
   const auto& found = report->findings.kept();
   EXPECT_TRUE(

@@ -80,6 +80,20 @@ TEST_F(Mosaic, a_height_does_not_depend_on_the_window_that_asked) {
   }
 }
 
+// Its pixels count as wide as they are at its centre, not as beside the pole: cells of the lattice become as narrow there.
+TEST_F(Mosaic, of_pixels_in_degrees_up_to_a_pole_they_are_those_of_one_raster) {
+  const auto from = [&](const std::string& name, double south, int rows) {
+    Spec spec;
+    spec.columns = 10, spec.rows = rows;
+    spec.geotransform = {10, 0.01, 0, south + 0.01 * rows, 0, -0.01};
+    return raster::examine(write(spec, name), name, raster::Trust::operator_file, plain_options()).value();
+  };
+  const auto one = raster::make_mosaic({from("all.tif", 89, 100)}, 0),
+             two = raster::make_mosaic({from("s.tif", 89, 50), from("n.tif", 89.5, 50)}, 0);
+  const double width_m = one->description().pixel_width_m();
+  EXPECT_NEAR(two->description().pixel_width_m(), width_m, 0.01 * width_m);
+}
+
 TEST_F(Mosaic, the_window_holds_all_members_and_the_finest_says_the_level) {
   const auto fine = plane("a.tif", 0, 0, 64, 1);
   Spec coarse;

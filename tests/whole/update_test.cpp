@@ -84,7 +84,7 @@ class Update : public testing::Test {
 
   /// What `check` finds, a line each.
   std::string found(const std::string& name) {
-    const auto report = pipeline::check::check_store(folder_.path(name), "");
+    const auto report = pipeline::check::check_store(folder_.path(name), nullptr);
     std::string lines = report ? "" : report.problem().line();
     if (report) {
       for (const auto& finding : report->findings.kept()) lines += finding.where + ": " + finding.what + "\n";

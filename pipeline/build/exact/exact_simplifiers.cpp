@@ -228,7 +228,7 @@ std::vector<gpu::SurfaceMemory> ExactSimplifiers::measure(std::span<const gpu::S
   std::string device;
   {
     std::unique_lock lock(mutex_);
-    // Who waits is no worker: the threads have others' tiles to finish meanwhile.
+    // Who waits is no worker: those may have other blocks' tiles to finish meanwhile.
     changed_.wait(lock, [this] { return wanted_ == kCpu || most_meters_ == 0 || meters_in_use_ < most_meters_; });
     if (wanted_ == kCpu || most_meters_ == 0) return {};
     ++meters_in_use_;

@@ -55,8 +55,8 @@ class ExactSimplifiers {
   /// Likewise, levels above blocks.
   proto::Result<void> simplify_above(const Above& above, const gpu::exact::BlockPlan& plan, const TakeLevel& take);
 
-  /// See BatchMeter, on the device; nothing where there is none, or when all its meters are in use: then the host is quicker than
-  /// to wait. May be called by several threads.
+  /// See BatchMeter, on the device; nothing where there is none. Waits while all of its meters are in use, so that no
+  /// worker may call it; several threads may.
   std::vector<gpu::SurfaceMemory> measure(std::span<const gpu::SurfaceErrorInput> tiles, double limit_m);
 
  private:
