@@ -116,6 +116,21 @@ def check_measures_a_folder(program, folder):
     expect(code == 0 and "sound" in said, "a sound folder is said not to be: " + said)
 
 
+def check_measures_several_rasters(program, folder):
+    names = [os.path.join(folder, name) for name in ("first.asc", "next.asc")]
+    for name, raster in zip(names, (cone(40, 900), noise(60))):
+        with open(name, "wb") as file:
+            file.write(raster)
+    store = os.path.join(folder, "both.sqlite")
+    code, said = run(program, "build", *names, "-o", store, "--crs", "EPSG:4326", "--error", "20", "--quiet")
+    expect(code == 0, "two rasters were not built: " + said)
+    first, following = (("--source", name) for name in names)
+    code, said = run(program, "check", store, *first, *following)
+    expect(code == 0 and "tiles measured" in said, "a sound store of two rasters is said not to be: " + said)
+    code, said = run(program, "check", store, *following, *first)
+    expect(code == 1 and "off the raster" in said, "they fit in another order, too: " + said)
+
+
 def backup_while_it_runs(program, folder):
     server = Server(program, folder)
     ready = post(server, "a.asc", cone(40, 900))
@@ -177,6 +192,7 @@ def main():
         expect(code == 0, said)
         check_finds_damage(program, store, raster)
         check_measures_a_folder(program, folder)
+        check_measures_several_rasters(program, folder)
         data, dataset = backup_while_it_runs(program, folder)
         vacuum_and_versions(program, data, dataset)
     print("upkeep: all is well")
