@@ -13,4 +13,15 @@ inline void stop_on(std::initializer_list<int> signals) {
   for (const int number : signals) std::signal(number, [](int) { g_asked_to_stop = true; });
 }
 
+/// The same for who sits before it: the second time a signal ends the process, as it does others. A tile may take long, and does
+/// not ask whether to stop; what is begun anew goes on from what was done before.
+inline void stop_on_and_end_on_the_next(std::initializer_list<int> signals) {
+  for (const int number : signals) {
+    std::signal(number, [](int again) {
+      g_asked_to_stop = true;
+      std::signal(again, SIG_DFL);
+    });
+  }
+}
+
 }  // namespace cordillera::server

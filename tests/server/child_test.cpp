@@ -7,13 +7,30 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 
+#include <csignal>
+#include <cstdlib>
+
 #include "fixture.h"
 #include "server/jobs/job_queue.h"
+#include "server/sandbox/asked_to_stop.h"
 
 namespace cordillera::server {
 namespace {
 
 using testing::HasSubstr;
+
+TEST(AskedToStop, TheSecondTimeASignalEndsTheProcess) {
+  constexpr int kNotAsked = 3, kStillThere = 4;
+  EXPECT_EXIT(
+      {
+        stop_on_and_end_on_the_next({SIGINT, SIGTERM});
+        std::raise(SIGTERM);
+        if (!g_asked_to_stop) std::exit(kNotAsked);
+        std::raise(SIGTERM);
+        std::exit(kStillThere);
+      },
+      testing::KilledBySignal(SIGTERM), "");
+}
 
 class Children : public testing::Test {
  protected:
