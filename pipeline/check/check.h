@@ -12,8 +12,6 @@ namespace cordillera::pipeline::check {
 
 /// Opens what a dataset was built from, as its manifest's options say; none: it is not at hand.
 using OpenRasters = std::function<proto::Result<std::unique_ptr<raster::Source>>(const proto::Manifest& manifest)>;
-/// One raster of this machine.
-OpenRasters raster_at(const std::string& path);
 
 /// A dataset's .sqlite file. A Problem if it is none, or cannot be opened at all; what is wrong
 /// inside is in the report. Reads the whole file.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 
 #include "gpu/measure/surface_error.h"
 #include "pipeline/build/build.h"
@@ -23,13 +22,6 @@ std::string metres(double value) {
 }
 
 }  // namespace
-
-OpenRasters raster_at(const std::string& path) {
-  return [path](const proto::Manifest& manifest) {
-    return raster::open_filled_source(path, std::filesystem::path(path).filename().string(), raster::Trust::operator_file,
-                                      manifest.options());
-  };
-}
 
 proto::Result<std::unique_ptr<ErrorLaws>> ErrorLaws::open(const OpenRasters& rasters, const proto::Manifest& manifest,
                                                           const proto::Plan& plan) {

@@ -37,12 +37,9 @@ bool has_cells_within_pixels(const proto::Source& source, int level, double shar
   return raster::spacing(source, {level}) <= share;
 }
 
-bool is_line_of_pixels(const proto::Source& source) { return std::min(source.columns(), source.rows()) <= 2; }
-
 /// The first level whose cell height is no larger than the geometric mean of the source's pixel at its centre; than half of it
 /// where the raster is a line of pixels, or two, which a whole cell of the lattice must fit into wherever it lies.
-int level_of_pixels(const proto::Source& source) {
-  const double share = is_line_of_pixels(source) ? 0.5 : 1;
+int level_of_mean_pixel(const proto::Source& source, double share) {
   const double pixel_m = share * std::sqrt(source.pixel_height_m() * source.pixel_width_m());
   const double latitude = (source.bbox(1) + source.bbox(3)) / 2;
   for (int z = 0; z < proto::kMaxLevel; ++z) {
@@ -52,6 +49,16 @@ int level_of_pixels(const proto::Source& source) {
     if (proto::cell_height_m(lattice, std::llround(row)) <= pixel_m * (1 + 1e-6)) return z;
   }
   return proto::kMaxLevel;
+}
+
+/// That, or a coarser one whose cells are well within pixels, as those of half of all rasters at the equator are: pixels in
+/// degrees become narrow towards the poles, and so do cells.
+int level_of_pixels(const proto::Source& source) {
+  constexpr double kWellWithin = 0.7;
+  const double share = std::min(source.columns(), source.rows()) <= 2 ? 0.5 : 1;
+  int level = level_of_mean_pixel(source, share);
+  while (level > 0 && has_cells_within_pixels(source, level - 1, share * kWellWithin)) --level;
+  return level;
 }
 
 /// voids= a height. Beside ground that is a wall as high as the ground: to meet pixels on both sides of it, samples would leap
@@ -67,12 +74,9 @@ bool is_to_meet_pixels(const proto::BuildOptions& options) {
 }
 
 /// Meeting pixels takes cells that are neither wider nor higher than they: those of a pixel that is up to four times as long
-/// as it is wide are one level finer. Pixels in degrees become narrow towards the poles, and so do cells: a coarser level whose
-/// cells are well within pixels is fine enough. At the equator half of all rasters have such cells.
+/// as it is wide are one level finer.
 int finest_level(const proto::Source& source, const proto::BuildOptions& options) {
-  int level = level_of_pixels(source);
-  const double well_within = is_line_of_pixels(source) ? 0.35 : 0.7;
-  while (level > 0 && has_cells_within_pixels(source, level - 1, well_within)) --level;
+  const int level = level_of_pixels(source);
   const bool finer = is_to_meet_pixels(options) && level < proto::kMaxLevel && !has_cells_within_pixels(source, level) &&
                      has_cells_within_pixels(source, level + 1);
   return finer ? level + 1 : level;
@@ -238,8 +242,7 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
   plan.set_exact(exact.ok() && (options.strategy() == gpu::kExact || is_automatic(options)));
   plan.set_block_level(static_cast<std::uint32_t>(block_level(plan)));  // places to look at are found by it
   if (!options.has_error() || needs_heights(plan, options.error())) see_heights(source, plan);
-  const int level_of_error =
-      options.has_max_level() ? range->first : std::min(level_of_pixels(source.description()), range->first);
+  const int level_of_error = options.has_max_level() ? range->first : level_of_pixels(source.description());
   const double error = options.has_error() ? options.error() : default_error_m(plan, level_of_error);
   if (plan.exact()) plan_exact_blocks(plan);
   // How and where it is built changes no byte, so it is no part of the plan.

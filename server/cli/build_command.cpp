@@ -56,7 +56,7 @@ int dry_run(const pipeline::BuildRequest& request, Show show) {
 proto::Result<proto::Manifest> build_store(const pipeline::BuildRequest& request, Verbosity words, StageTimes& times) {
   on_out_of_memory(STDERR_FILENO,
                    "\ncordillera: " + out_of_memory(request.options, request.raster_name).line() + "; what was built is kept\n");
-  stop_on_and_end_on_the_next({SIGINT, SIGTERM});
+  stop_on({SIGINT, SIGTERM}, SecondTime::ends);
   ProgressBar bar(words == Verbosity::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none);
   auto manifest = pipeline::build(
       request,

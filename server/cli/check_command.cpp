@@ -1,5 +1,7 @@
 #include <filesystem>
 #include <iostream>
+#include <memory>
+#include <vector>
 
 #include "pipeline/check/check.h"
 #include "server/cli/commands.h"

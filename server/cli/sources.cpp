@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <iostream>
 
 #include "pipeline/threads/workers.h"
 #include "proto/mesh.h"

@@ -151,8 +151,8 @@ int plan_command(const Settings& settings, const PlanLine& line) {
     return fail({"option-invalid", "the name of " + proto::as_utf8(member.path) + " is no UTF-8, as the text of a plan must be",
                  "a name in UTF-8", "SOURCES"});
   }
-  stop_on_and_end_on_the_next(
-      {SIGINT, SIGTERM});  // until here nothing asks whether to stop, and an end in the middle leaves nothing
+  stop_on({SIGINT, SIGTERM},
+          SecondTime::ends);  // until here nothing asks whether to stop, and an end in the middle leaves nothing
   pipeline::BuildRequest request;
   request.members = std::move(sources->members);
   request.options = settings.build;
@@ -172,7 +172,7 @@ int plan_command(const Settings& settings, const PlanLine& line) {
 }
 
 int work_command(const WorkLine& line) {
-  stop_on_and_end_on_the_next({SIGINT, SIGTERM});
+  stop_on({SIGINT, SIGTERM}, SecondTime::ends);
   const auto plan = work::read_plan(line.folder);
   if (!plan) return fail(plan.problem());
   if (line.stage.empty()) {

@@ -180,7 +180,7 @@ int job_main(const std::string& folder, int parent, std::uint32_t free_percent) 
   if (fcntl(kReportDescriptor, F_GETFD) == -1) return 2;
   signal(SIGPIPE, SIG_IGN);
   signal(SIGXFSZ, SIG_IGN);
-  stop_on({SIGTERM});
+  stop_on({SIGTERM}, SecondTime::asks_again);
   const auto text = proto::bytes_of_file(std::filesystem::path(folder) / kJobFile);
   proto::Job job;
   if (!text || !from_json(*text, &job)) return fail({"internal", "the job's description cannot be read", "", ""});

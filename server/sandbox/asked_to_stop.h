@@ -8,20 +8,16 @@ namespace cordillera::server {
 
 inline std::atomic<bool> g_asked_to_stop{false};  ///< set by a signal handler, which can reach nothing else
 
-/// From here on these signals set it, and do nothing else.
-inline void stop_on(std::initializer_list<int> signals) {
-  for (const int number : signals) std::signal(number, [](int) { g_asked_to_stop = true; });
-}
+/// What a signal does the second time. ends: the process, as it does others, for who sits before it: a tile may take long, and
+/// does not ask whether to stop. What was done before is kept all the same.
+enum class SecondTime { asks_again, ends };
 
-/// The same for who sits before it: the second time a signal ends the process, as it does others. A tile may take long, and does
-/// not ask whether to stop; what is begun anew goes on from what was done before.
-inline void stop_on_and_end_on_the_next(std::initializer_list<int> signals) {
-  for (const int number : signals) {
-    std::signal(number, [](int again) {
-      g_asked_to_stop = true;
-      std::signal(again, SIG_DFL);
-    });
-  }
+/// From here on these signals set it, and do nothing else.
+inline void stop_on(std::initializer_list<int> signals, SecondTime second) {
+  struct sigaction action = {};
+  action.sa_handler = [](int) { g_asked_to_stop = true; };
+  action.sa_flags = SA_RESTART | (second == SecondTime::ends ? static_cast<int>(SA_RESETHAND) : 0);
+  for (const int number : signals) sigaction(number, &action, nullptr);
 }
 
 }  // namespace cordillera::server

@@ -23,7 +23,7 @@ TEST(AskedToStop, TheSecondTimeASignalEndsTheProcess) {
   constexpr int kNotAsked = 3, kStillThere = 4;
   EXPECT_EXIT(
       {
-        stop_on_and_end_on_the_next({SIGINT, SIGTERM});
+        stop_on({SIGINT, SIGTERM}, SecondTime::ends);
         std::raise(SIGTERM);
         if (!g_asked_to_stop) std::exit(kNotAsked);
         std::raise(SIGTERM);
