@@ -4,6 +4,7 @@
 //   each(n, f)                     f(i) for i in 0..n-1
 //   sync()
 //   place(counter)                 adds one; what it was before
+//   each_open(w, n, f)             f(u) for every u in 0..n-1 that is neither clean nor dead
 //   evaluate(w, n)                 the first n vertices of the list to_evaluate
 //   measure(w, field, n, work)     work.fail(i) for every i in 0..n-1 of whose triangles one does not fit
 //   pull(w, field, n, work)        adds up the pulls of every i into w.pull and w.pull_weight of its vertex
@@ -148,7 +149,7 @@ class WindowPass {
   CORDILLERA_HD void list_stale() {
     const WindowView& w = w_;
     Team& team = team_;
-    team_.each(count_, [&w, &team](int u) {
+    team_.each_open(w, count_, [&w, &team](int u) {
       if (w.state(u) == kStale) w.to_evaluate(team.place(&w.counter(kToEvaluate))) = static_cast<std::uint16_t>(u);
     });
     team_.sync();
@@ -156,14 +157,14 @@ class WindowPass {
   CORDILLERA_HD void list_winners() {
     const WindowView& w = w_;
     Team& team = team_;
-    team_.each(count_, [&w, &team](int u) {
+    team_.each_open(w, count_, [&w, &team](int u) {
       if (wins(w, u)) w.winner(team.place(&w.counter(kWinners))) = static_cast<std::uint16_t>(u);
     });
   }
   CORDILLERA_HD void list_changed() {
     const WindowView& w = w_;
     Team& team = team_;
-    team_.each(count_, [&w, &team](int u) {
+    team_.each_open(w, count_, [&w, &team](int u) {
       const std::uint8_t state = w.state(u);
       if (state == kTouched) w.to_gather(team.place(&w.counter(kToGather))) = static_cast<std::uint16_t>(u);
       if (state == kTouched || state == kStale)
@@ -199,16 +200,15 @@ class WindowPass {
     Team& team = team_;
     team_.each(count_, [&w, round](int u) { queue_height(w, u, round); });
     team_.sync();
-    for (;;) {
-      team_.each(count_, [&w, &team](int u) {
-        if (moves_now(w, u)) w.winner(team.place(&w.counter(kWinners))) = static_cast<std::uint16_t>(u);
-      });
-      team_.sync();
-      const int movers = w.counter(kWinners);
-      if (movers == 0) break;
+    team_.each(count_, [&w, &team](int u) {
+      if (moves_first(w, u)) w.to_gather(team.place(&w.counter(kToGather))) = static_cast<std::uint16_t>(u);
+    });
+    team_.sync();
+    while (const int movers = w.counter(kToGather)) {
       const AroundVertex around{w};
-      team_.each(movers, [&w](int i) { begin_move(w, w.winner(i)); });
+      team_.each(movers, [&w](int i) { begin_move(w, w.winner(i) = w.to_gather(i)); });
       team_.sync();
+      clear(kToGather, 1);
       team_.pull(w, block_.field, movers, around);
       team_.each(movers, [&w](int i) { choose_height(w, w.winner(i)); });
       team_.sync();
@@ -217,11 +217,18 @@ class WindowPass {
         team_.each(movers, [&w, attempt](int i) { yield_height(w, w.winner(i), attempt); });
         team_.sync();
       }
-      team_.each(movers, [&w](int i) { commit_height(w, w.winner(i)); });
-      clear(kWinners, 1);
+      team_.each(movers, [&w, &team](int i) {
+        const int u = w.winner(i);
+        commit_height(w, u);
+        for (int k = 0; k < w.valence(u); ++k) {
+          const int v = w.entry(u, k);
+          if (w.key(v) != kNever && team.place(&w.waits(v)) == -1)
+            w.to_gather(team.place(&w.counter(kToGather))) = static_cast<std::uint16_t>(v);
+        }
+      });
       team_.sync();
     }
-    team_.each(count_, [&w](int u) { ask_again(w, u); });
+    team_.each_open(w, count_, [&w](int u) { ask_again(w, u); });
     team_.sync();
   }
 

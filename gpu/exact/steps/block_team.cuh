@@ -60,6 +60,10 @@ class BlockTeam {
   __device__ void each(int n, const F& f) {
     for (int i = static_cast<int>(threadIdx.x); i < n; i += static_cast<int>(blockDim.x)) f(i);
   }
+  template <class F>
+  __device__ void each_open(const WindowView&, int n, const F& f) {
+    each(n, f);
+  }
   __device__ void sync() { __syncthreads(); }
   __device__ std::int32_t place(std::int32_t* counter) { return atomicAdd(counter, 1); }
 

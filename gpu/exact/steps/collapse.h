@@ -46,6 +46,11 @@ struct AloneLane {
   CORDILLERA_HD bool any(bool value) const { return value; }
 };
 
+CORDILLERA_HD inline void make_ready(const WindowView& w, int u) {
+  w.state(u) = kReady;
+  w.rival(u) = u;
+}
+
 /// A vertex whose key is to be found, with its ring relative to it. Places of the ring are shared out among lanes.
 template <class Lanes>
 class Evaluation {
@@ -85,6 +90,7 @@ class Evaluation {
       w_.key(u_) =
           float_bits(best) >> kCostShift << kCostShift | (hash32(w_.position(u_) * 0x9e3779b1u) & ((1u << kCostShift) - 1));
       w_.target(u_) = static_cast<std::uint8_t>(slot);
+      make_ready(w_, u_);
       return;
     }
   }
@@ -209,12 +215,17 @@ CORDILLERA_HD inline void evaluate(const WindowView& w, int u, const Lanes& lane
 }
 
 /// Does u go in this wave, if what it leaves fits? Its key is the least of its ring, and it is the first that goes to its target.
+/// Its ring is that of the last wave, or it would be evaluated again: so it is asked first for whom it waited then.
 CORDILLERA_HD inline bool wins(const WindowView& w, int u) {
+  if (w.state(u) != kReady) return false;
   const std::uint32_t key = w.key(u);
-  if (key == kNever || w.state(u) == kDead) return false;
+  const int rival = w.rival(u);
+  if (comes_before(w.key(rival), rival, key, u)) return false;
   for (int k = 0; k < w.valence(u); ++k) {
     const int v = w.entry(u, k);
-    if (comes_before(w.key(v), v, key, u)) return false;
+    if (!comes_before(w.key(v), v, key, u)) continue;
+    w.rival(u) = v;
+    return false;
   }
   const int target = w.entry(u, w.target(u));
   const int gain = w.valence(u) - ((w.flag(u) & kOpenFan) ? 3 : 4);

@@ -74,14 +74,17 @@ CORDILLERA_HD inline void queue_height(const WindowView& w, int u, int round) {
   if (w.key(u) != kNever) w.state(u) = kStale;  // a collapse not done yet is found again
   w.key(u) = may_move(w, u) ? hash32(w.position(u) + 77u * static_cast<std::uint32_t>(round)) >> 1 : kNever;
 }
-CORDILLERA_HD inline bool moves_now(const WindowView& w, int u) {
+/// Counts the neighbours that move before u. True: there is none.
+CORDILLERA_HD inline bool moves_first(const WindowView& w, int u) {
   const std::uint32_t key = w.key(u);
   if (key == kNever || w.state(u) == kDead) return false;
+  int waits = 0;
   for (int k = 0; k < w.valence(u); ++k) {
     const int v = w.entry(u, k);
-    if (comes_before(w.key(v), v, key, u)) return false;
+    if (comes_before(w.key(v), v, key, u)) --waits;
   }
-  return true;
+  w.waits(u) = waits;
+  return waits == 0;
 }
 
 /// The triangles around a vertex that is to move, with the height it would have (measured) or has (pulled).

@@ -1,5 +1,7 @@
 #pragma once
 // The team of a host: one thread, plain loops; samples eight at a time. See window_pass.h.
+#include <cstring>
+
 #include "gpu/exact/steps/coded.h"
 #include "gpu/exact/steps/collapse.h"
 #include "gpu/exact/steps/eight_columns.h"
@@ -52,6 +54,20 @@ struct HostTeam {
   template <class F>
   void each(int n, const F& f) {
     for (int i = 0; i < n; ++i) f(i);
+  }
+  /// Eight states at a time: of kClean and kDead the three low bits have an even sum, of others an odd one.
+  template <class F>
+  void each_open(const WindowView& w, int n, const F& f) {
+    static_assert(kClean == 0 && kStale == 1 && kTouched == 2 && kDead == 3 && kReady == 4);
+    for (int u = 0; u < n; u += 8) {
+      std::uint64_t states;
+      std::memcpy(&states, &w.state(u), 8);  // there are a few more places than vertices
+      std::uint64_t open = (states ^ states >> 1 ^ states >> 2) & 0x0101010101010101u;
+      for (; open != 0; open &= open - 1) {
+        const int v = u + __builtin_ctzll(open) / 8;
+        if (v < n) f(v);
+      }
+    }
   }
   void sync() {}
   std::int32_t place(std::int32_t* counter) { return (*counter)++; }

@@ -195,6 +195,7 @@ CORDILLERA_WIDE void evaluate_whole_ring(const WindowView& w, int u) {
     if (all_valid && magnitude(w.height(u) + surface - w.truth(u)) > w.rules.tolerance) continue;
     w.key(u) = float_bits(best) >> kCostShift << kCostShift | (hash32(w.position(u) * 0x9e3779b1u) & ((1u << kCostShift) - 1));
     w.target(u) = static_cast<std::uint8_t>(slot);
+    make_ready(w, u);
     return;
   }
 }

@@ -17,6 +17,7 @@ enum VertexState : std::uint8_t {
   kStale,    ///< to be evaluated
   kTouched,  ///< its ring or a height in it has changed: to gather, then to be evaluated
   kDead,
+  kReady,  ///< evaluated, and there is a collapse that it may do
 };
 enum VertexFlag : std::uint8_t {
   kOnUpright = 1,  ///< on a line of constant x that it must not leave: a tile's or the block's side
@@ -52,6 +53,8 @@ struct WindowView {
   CORDILLERA_HD float& truth(int u) const { return array<float, 8>()[u]; }         ///< of the sample there, as far as it is known
   CORDILLERA_HD float& next_height(int u) const { return array<float, 12>()[u]; }  ///< while heights move
   CORDILLERA_HD std::int32_t& pull(int u) const { return array<std::int32_t, 16>()[u]; }
+  CORDILLERA_HD std::int32_t& waits(int u) const { return pull(u); }  ///< before it moves: for how many neighbours, negative
+  CORDILLERA_HD std::int32_t& rival(int u) const { return pull(u); }  ///< in waves: a neighbour that was to go first, or itself
   CORDILLERA_HD std::int32_t& pull_weight(int u) const { return array<std::int32_t, 20>()[u]; }
   CORDILLERA_HD std::uint32_t& key(int u) const { return array<std::uint32_t, 24>()[u]; }
   CORDILLERA_HD std::uint16_t& tried(int u) const {
