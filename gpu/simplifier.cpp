@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <system_error>
 
 #include "gpu/collapse/waves.h"
 #include "gpu/device/device_choice.h"
@@ -16,24 +15,6 @@ bool has_cuda_driver() { return false; }
 void one_after_the_other(std::size_t count, const std::function<void(std::size_t)>& work) {
   for (std::size_t i = 0; i < count; ++i) work(i);
 }
-
-#ifdef CORDILLERA_HAS_CUDA
-std::future<void> wake_device(const std::string& device) {
-  if (device == "cpu") return {};
-  try {
-    return std::async(std::launch::async, [device] {
-      static_cast<void>(on_device(
-          device, []() -> proto::Result<int> { return 0; },
-          [](int number) -> proto::Result<int> {
-            wake_cuda(number);
-            return number;
-          }));
-    });
-  } catch (const std::system_error&) { return {}; }  // no thread is to be had: it wakes when it is needed
-}
-#else
-std::future<void> wake_device(const std::string&) { return {}; }
-#endif
 
 namespace {
 MakeSimplifier g_make_published = nullptr;

@@ -3,7 +3,6 @@
 #include <array>
 #include <cstdint>
 #include <functional>
-#include <future>
 #include <memory>
 #include <optional>
 #include <span>
@@ -79,11 +78,6 @@ std::optional<proto::Problem> check_strategy(const std::string& strategy, const 
 /// check_strategy(); `sequential` works on the CPU alone. "option-invalid" for one that this program has not.
 proto::Result<std::unique_ptr<Simplifier>> make_simplifier(const std::string& device, ParallelFor parallel = one_after_the_other,
                                                            const std::string& strategy = kStrategies.front());
-
-/// Begins to bring up the GPU that work on `device` will use, on a thread of its own, for that takes a third of a second. Who
-/// then asks for a simplifier waits for what is left of it. Nothing happens without a GPU. Whoever destroys the future waits
-/// until the GPU is up.
-std::future<void> wake_device(const std::string& device);
 
 /// How many CUDA devices this process may use; 0 where there is none, or the program was built without CUDA.
 int cuda_devices();

@@ -57,7 +57,5 @@ class WaveSimplifier final : public Simplifier {
 std::unique_ptr<Simplifier> make_host_waves(ParallelFor parallel);
 /// Fails with a reason when the device cannot be used.
 proto::Result<std::unique_ptr<Simplifier>> make_cuda_waves(int device, ParallelFor parallel);
-/// Brings up its context, if there is such a device.
-void wake_cuda(int device);
 
 }  // namespace cordillera::gpu

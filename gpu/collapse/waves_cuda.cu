@@ -203,11 +203,6 @@ proto::Result<std::unique_ptr<Simplifier>> make_cuda_waves(int device, ParallelF
   });
 }
 
-void wake_cuda(int device) {
-  if (cudaSetDevice(device) == cudaSuccess) cudaFree(nullptr);
-  cudaGetLastError();  // who asks for the device is told what is wrong with it
-}
-
 bool has_cuda_driver() {
   int version = 0;
   return cudaDriverGetVersion(&version) == cudaSuccess && version > 0;

@@ -1,8 +1,8 @@
 #include "gpu/exact/strip.h"
 
 #include <algorithm>
-#include <map>
 #include <stdexcept>
+#include <unordered_map>
 
 namespace cordillera::gpu::exact {
 namespace {
@@ -50,6 +50,12 @@ struct RowVertex {
 };
 using Row = std::vector<RowVertex>;
 
+/// At a corner of a triangle: the other two, counter-clockwise.
+struct Wedge {
+  std::uint32_t vertex, from, to;
+  auto operator<=>(const Wedge&) const = default;
+};
+
 std::vector<RowVertex> hem_of(const SideFrame& frame, std::span<const RingedVertex> hem) {
   Row row;
   for (const RingedVertex& v : hem) {
@@ -66,11 +72,12 @@ class StripMaker {
 
   Strip make() {
     for (const RingedVertex& v : hem_) {
-      for (int k = 0; k + 1 < v.valence; ++k) wedges_[v.vertex][v.ring[k]] = v.ring[k + 1];
+      for (int k = 0; k + 1 < v.valence; ++k) wedges_.push_back({v.vertex, v.ring[k], v.ring[k + 1]});
     }
     for (int side = 0; side < 4; ++side) {
       if (sides_.shared[static_cast<std::size_t>(side)]) make_side(side);
     }
+    std::ranges::sort(wedges_);
     for (RingedVertex& v : strip_.added) take_ring(v);
     for (const RingedVertex& v : hem_) {
       strip_.hem.push_back(v);
@@ -184,27 +191,24 @@ class StripMaker {
   }
   void triangle(const SideFrame& frame, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     if (frame.mirrored()) std::swap(b, c);
-    wedges_[a][b] = c;
-    wedges_[b][c] = a;
-    wedges_[c][a] = b;
+    wedges_.insert(wedges_.end(), {{a, b, c}, {b, c, a}, {c, a, b}});
   }
   /// From the wedges of a vertex to its ring: an open fan begins with the neighbour that follows none.
   void take_ring(RingedVertex& v) {
-    const std::map<std::uint32_t, std::uint32_t>& wedges = wedges_[v.vertex];
-    std::uint32_t first = wedges.begin()->first;
-    for (const auto& [from, to] : wedges) {
-      const bool follows =
-          std::any_of(wedges.begin(), wedges.end(), [from = from](const auto& wedge) { return wedge.second == from; });
-      if (!follows) first = from;
+    const std::span<const Wedge> wedges = std::ranges::equal_range(wedges_, v.vertex, {}, &Wedge::vertex);
+    if (wedges.empty()) throw std::logic_error("the strip at a block's side leaves a vertex without a triangle");
+    std::uint32_t first = wedges.front().from;
+    for (const Wedge& wedge : wedges) {
+      if (std::ranges::find(wedges, wedge.from, &Wedge::to) == wedges.end()) first = wedge.from;
     }
     std::size_t count = 0;
     std::uint32_t at = first;
     for (;;) {
       if (count == kRingWidth) throw std::logic_error("the strip at a block's side has a vertex with more than 14 neighbours");
       v.ring[count++] = at;
-      const auto next = wedges.find(at);
-      if (next == wedges.end() || next->second == first) break;
-      at = next->second;
+      const auto next = std::ranges::find(wedges, at, &Wedge::from);
+      if (next == wedges.end() || next->to == first) break;
+      at = next->to;
     }
     v.valence = static_cast<std::uint8_t>(count);
     if (count < wedges.size()) throw std::logic_error("the strip at a block's side is no manifold");
@@ -216,9 +220,8 @@ class StripMaker {
   const LevelRules rules_;
   const std::int32_t step_;
   Strip strip_;
-  std::map<std::uint32_t, std::uint32_t> numbers_;  ///< of added vertices, by position
-  std::map<std::uint32_t, std::map<std::uint32_t, std::uint32_t>>
-      wedges_;  ///< by vertex: neighbour, and the next one counter-clockwise
+  std::unordered_map<std::uint32_t, std::uint32_t> numbers_;  ///< of added vertices, by position
+  std::vector<Wedge> wedges_;                                 ///< in order once all are there
 };
 
 }  // namespace

@@ -9,7 +9,6 @@
 #include <optional>
 #include <utility>
 
-#include "gpu/simplify.h"
 #include "pipeline/build/blank_manifest.h"
 #include "pipeline/build/builder.h"
 #include "pipeline/build/pilot.h"
@@ -147,7 +146,6 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
                                      const std::atomic<bool>& stop) {
   Teller teller(progress);
   teller.stage("open", 1);
-  const std::future<void> waking = gpu::wake_device(request.options.device());  // while the raster is opened
   const auto source = open_source(request);
   if (!source.ok()) return source.problem();
   auto plan = plan_of(request, **source);

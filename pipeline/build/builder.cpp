@@ -100,19 +100,19 @@ proto::Result<void> Builder::prepare() {
   // Tile meshes come and go by the megabyte: given back to the system each time, half of the build would be page faults.
   mallopt(M_MMAP_THRESHOLD, 1 << 30);
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
-  for (unsigned k = 0; k < workers_.threads(); ++k) {
-    auto source = open_();
-    if (!source.ok()) return source.problem();
-    sources_.push_back(source_of_tiles(plan_, std::move(*source)));
-  }
-  if (plan_.exact()) {
+  if (plan_.exact()) {  // the device comes up while sources are opened
     constexpr std::size_t kMostOnCpu = 8, kMostOnGpu = 16;
     constexpr std::size_t kTurnsOfGpu = 2;  // one works while the other does its part on the host
     const auto at_once = [&](std::size_t most) { return exact_at_once(plan_, workers_.threads(), room_.memory_mib, most); };
     const std::size_t on_gpu = at_once(kMostOnGpu), turns = std::min(on_gpu, kTurnsOfGpu);
     exact_.open(room_.device, {at_once(kMostOnCpu), 1}, {turns, on_gpu / turns});
-    if (!has_levels_above(plan_) || merged_at_once(plan_)) return {};
   }
+  for (unsigned k = 0; k < workers_.threads(); ++k) {
+    auto source = open_();
+    if (!source.ok()) return source.problem();
+    sources_.push_back(source_of_tiles(plan_, std::move(*source)));
+  }
+  if (plan_.exact() && (!has_levels_above(plan_) || merged_at_once(plan_))) return {};
   return tiles_.open(room_.device, plan_.exact() ? gpu::kStrategies.front() : named_strategy(plan_.options()));
 }
 

@@ -10,6 +10,7 @@
 #include <thread>
 #include <utility>
 
+#include "gpu/device/device_choice.h"
 #include "pipeline/build/block_order.h"
 #include "pipeline/build/in_flight.h"
 #include "pipeline/build/water_build.h"
@@ -188,10 +189,18 @@ proto::Result<void> merge_upwards(const Site& site, const Stages& stages) {
 
 }  // namespace
 
+std::string device_of(const proto::Plan& plan, const std::string& asked, unsigned threads) {
+  constexpr double kSamplesOfThread = 400'000;
+  const double columns = plan.window(2) - plan.window(0) + 1.0, rows = plan.window(3) - plan.window(1) + 1.0;
+  const bool is_soon_done = plan.exact() && columns * rows < kSamplesOfThread * threads;
+  return gpu::is_any_device(asked) && is_soon_done ? "cpu" : asked;
+}
+
 Workshop::Workshop(const BuildRequest& request, const proto::Plan& plan, const std::atomic<bool>& stop)
     : workers(request.options.threads()),
       open([&request] { return open_source(request); }),
-      builder(plan, workers, open, {request.options.device(), request.options.memory()}, stop) {}
+      builder(plan, workers, open, {device_of(plan, request.options.device(), workers.threads()), request.options.memory()},
+              stop) {}
 
 Stages stages_of(const proto::Plan& plan) {
   Stages stages = stages_above(plan);

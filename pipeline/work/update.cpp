@@ -1,9 +1,7 @@
 #include "pipeline/work/update.h"
 
-#include <future>
 #include <map>
 
-#include "gpu/simplify.h"
 #include "pipeline/build/stages.h"
 #include "pipeline/build/teller.h"
 #include "pipeline/plan/plan.h"
@@ -83,7 +81,6 @@ proto::Result<proto::Manifest> update(const UpdateOrder& order, const ProgressCa
   Teller teller(progress);
   teller.stage("plan", 1);
   const BuildRequest& request = order.request;
-  const std::future<void> waking = gpu::wake_device(request.options.device());  // while rasters are opened
   const auto before = order.before.empty() ? std::nullopt : plan_in(order.before);
   const auto plan = plan_work(request, stop, {before ? &*before : nullptr, 0, kUpdateBlocks, order.least_block_samples});
   if (!plan.ok()) return plan.problem();

@@ -112,11 +112,14 @@ proto::Result<void> clip_to_bbox(SourceParts& parts, Footprint& f) {
   return {};
 }
 
+/// In the middle; where that is a pole, half-way to a corner.
 GroundSize pixel_size(const SourceParts& parts) {
-  const double c = (parts.dataset.columns - 1) / 2.0, r = (parts.dataset.rows - 1) / 2.0;
-  GroundSize size = ground_size(*parts.placement, c, r);
-  if (size.width_m > 0 && size.height_m > 0) return size;
-  return ground_size(*parts.placement, c / 2, r / 2);
+  GroundSize size{};
+  for (const double share : {0.5, 0.25, 0.75}) {
+    size = ground_size(*parts.placement, share * (parts.dataset.columns - 1), share * (parts.dataset.rows - 1));
+    if (size.width_m > kSmallestPixel_m && size.height_m > kSmallestPixel_m) break;
+  }
+  return size;
 }
 
 void describe(SourceParts& parts, const Crs& crs, const HeightUnit& unit, const Footprint& f, const GroundSize& size) {

@@ -186,7 +186,8 @@ std::vector<OptionSpec> make_build_options() {
        [](std::string_view text, Settings& settings) {
          return read_choice(text, {raster::kExactPixels, raster::kLatticePixels}, settings.build.mutable_pixels());
        }},
-      {"device", "DEVICE", "what computes", "auto, cpu, cuda or cuda:N",
+      {"device", "DEVICE", "what computes; auto: a GPU, where there is one and the raster is large enough to open it for",
+       "auto, cpu, cuda or cuda:N",
        [](std::string_view text, Settings& settings) { return read_device(text, settings.build.mutable_device()); }},
       {"threads", "N", "threads of a build; 0: one for each usable core", "0 to 1024",
        apply_whole<&BuildOptions::set_threads, 1024>},

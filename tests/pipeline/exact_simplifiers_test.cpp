@@ -9,6 +9,8 @@
 #include <thread>
 #include <vector>
 
+#include "pipeline/build/stages.h"
+
 namespace cordillera::pipeline {
 namespace {
 
@@ -144,6 +146,23 @@ TEST(Opening, ThereIsRoomForAGpuUntilItIsKnownThatThereIsNone) {
   const bool on_gpu = simplifiers.device() != "cpu";
   EXPECT_EQ(simplifiers.on_gpu(), on_gpu);
   EXPECT_EQ(simplifiers.at_once(), on_gpu ? 8u : 3u);
+}
+
+TEST(DeviceOf, AutoIsTheCpuWhereItsThreadsAreDoneBeforeAGpuIsOpen) {
+  proto::Plan plan;
+  plan.set_exact(true);
+  for (const std::int32_t side : {-500, 100, 499, 1099}) plan.add_window(side);  // a million samples
+  EXPECT_EQ(device_of(plan, "auto", 16), "cpu");
+  EXPECT_EQ(device_of(plan, "", 4), "cpu");
+  EXPECT_EQ(device_of(plan, "auto", 1), "auto") << "one thread would take longer";
+  EXPECT_EQ(device_of(plan, "cuda", 16), "cuda") << "it was asked for";
+  plan.set_exact(false);
+  EXPECT_EQ(device_of(plan, "auto", 16), "auto") << "other strategies may take a thousand times as long on a CPU";
+  plan.set_exact(true);
+  plan.set_window(2, 4499);
+  EXPECT_EQ(device_of(plan, "auto", 16), "cpu");
+  plan.set_window(3, 2099);
+  EXPECT_EQ(device_of(plan, "auto", 16), "auto") << "ten million";
 }
 
 /// Who waits for a call that ends with an exception has it too, and is not left waiting.

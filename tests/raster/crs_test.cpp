@@ -311,6 +311,9 @@ TEST_F(Crs, RequestsAndRefusals) {
   Spec degrees;
   degrees.crs = "EPSG:32632", degrees.geotransform = {7.5, 0.0002, 0, 46, 0, -0.0002};
   EXPECT_EQ(problem_type(write(degrees)), "crs-mismatch");
+  Spec around_a_pole;  // half of its rows lie beyond it, and its middle where a pixel has no width
+  around_a_pole.geotransform = {8, 0.01, 0, 90 + 0.01 * around_a_pole.rows / 2, 0, -0.01};
+  EXPECT_TRUE(must_open(write(around_a_pole)));
   Spec nowhere;
   nowhere.crs = "EPSG:3857", nowhere.geotransform = {1e12, 30, 0, 1e12, 0, -30};
   EXPECT_NE(problem_type(write(nowhere)), "");
