@@ -101,7 +101,7 @@ proto::Result<Row> make_within_limits(Service& service, const Request& request, 
 proto::Result<Row> live_row(Service& service, const Request& request, const LiveQuery& asked) {
   Row found = service.live().find(asked.key());
   if (found && may_see(request, *found)) return found;
-  if (!service.settings().serve.live_open || asked.settings.private_dataset) {
+  if (found || !service.settings().serve.live_open || asked.settings.private_dataset) {  // found: what only some may see
     if (auto refused = service.gate().refuse(request, access::Role::write)) {
       if (refused->type == "origin-forbidden") refused->accepted += ", or cordillera serve --live-open";
       return *refused;

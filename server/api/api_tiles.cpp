@@ -231,8 +231,9 @@ std::optional<Response> not_ready(const Dataset& dataset) {
   if (dataset.state == State::ready) return std::nullopt;
   if (dataset.state == State::failed) {
     const std::string why = dataset.problem ? dataset.problem->detail : "its build failed";
-    return problem_response(
-        {"dataset-failed", "dataset " + dataset.id + " has nothing to fetch: " + why, "posting a raster that can be built", ""});
+    const std::string accepted = dataset.address.empty() ? "posting a raster that can be built"
+                                                         : "asking later: its address is tried again, or another one";
+    return problem_response({"dataset-failed", "dataset " + dataset.id + " has nothing to fetch: " + why, accepted, ""});
   }
   const bool lazy = is_lazy(dataset);
   return problem_response({"dataset-not-ready",

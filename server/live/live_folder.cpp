@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <utility>
 #include <vector>
 
 #include "proto/paths.h"
@@ -63,13 +64,14 @@ Request sending(const fs::path& file, const std::string& method, const std::stri
 std::optional<Problem> refusal(const Response& response) {
   if (response.status < 400) return std::nullopt;
   const Json json = Json::parse(response.bytes(), nullptr, false);
-  return Problem{response.problem, json.is_object() ? json.value("detail", "") : "", "", ""};
+  if (!json.is_object()) return Problem{response.problem, "", "", ""};
+  return Problem{response.problem, json.value("detail", ""), json.value("accepted", ""), ""};
 }
 
-/// Those that another attempt may find otherwise.
+/// Those that another attempt may find otherwise, if only after the operator has set another limit.
 bool is_passing(const Problem& problem) {
-  for (const char* type : {"queue-full", "storage-full", "too-many-uploads", "service-stopping", "service-busy",
-                           "body-incomplete", "memory-limit"}) {
+  for (const char* type : {"queue-full", "storage-full", "datasets-full", "body-too-large", "too-many-uploads",
+                           "service-stopping", "service-busy", "body-incomplete", "memory-limit"}) {
     if (problem.type == type) return true;
   }
   return false;
@@ -128,8 +130,14 @@ LiveFolder::Files LiveFolder::files() const {
   for (; !error && entry != fs::recursive_directory_iterator() && found.size() < kMostFiles; entry.increment(error)) {
     const std::string name = entry->path().filename().string();
     std::error_code gone;  // while we look
+    const bool is_folder = !entry->is_symlink(gone) && entry->is_directory(gone);
+    if (is_folder && !name.starts_with('.') && ::access(entry->path().c_str(), R_OK | X_OK) != 0) {  // lost+found, mostly
+      files.closed.push_back(entry->path().lexically_relative(folder_).generic_string() + "/");
+      entry.disable_recursion_pending();
+      continue;
+    }
     if (name.starts_with('.')) {
-      if (entry->is_directory(gone)) entry.disable_recursion_pending();
+      if (is_folder) entry.disable_recursion_pending();
       continue;
     }
     const std::string extension = raster::extension_of(name);
@@ -140,22 +148,24 @@ LiveFolder::Files LiveFolder::files() const {
     const std::string path = entry->path().lexically_relative(folder_).generic_string();
     if (!gone && proto::is_utf8(path)) found[path] = print;  // others cannot stand in an answer
   }
-  if (found.size() == kMostFiles) log_warning("live folder: only " + std::to_string(kMostFiles) + " rasters are datasets");
-  files.all = !error && found.size() < kMostFiles;
+  if (found.size() == kMostFiles) files.trouble = "only " + std::to_string(kMostFiles) + " of its rasters are datasets";
+  if (error) files.trouble = "it cannot be read to its end: " + error.message();
   return files;
 }
 
 void LiveFolder::look() {
-  const Files found = files();
+  Files found = files();
   const Prints& now = found.prints;
   std::error_code error;
   // A disk that is not mounted is no reason to delete anything.
   const bool away = !known_.empty() && (!fs::is_directory(folder_, error) || fs::is_empty(folder_, error));
-  if (!away && found.all)
-    remove_gone(now);
-  else if (!away_)
-    log_warning("live folder: " + folder_.string() + " is empty or not there; nothing is deleted");
-  away_ = away;
+  if (away) found.trouble = "it is empty or not there";
+  if (found.trouble.empty())
+    remove_gone(found);
+  else
+    warn("", folder_.string() + ": " + found.trouble + "; nothing is deleted");
+  if (found.trouble.empty()) told_.erase("");
+  for (const std::string& closed : found.closed) warn(closed, closed + " may not be read by this service; it is passed over");
   for (const auto& [path, print] : now) {
     if (stops()) return;
     const auto before = seen_.find(path);
@@ -163,16 +173,21 @@ void LiveFolder::look() {
     try {
       take(path, print);
     } catch (const std::exception& failed) {  // the registry's, or want of memory: the others have their turn
-      log_warning("live folder: " + path + ": " + failed.what() + "; tried again");
+      warn(path, path + ": " + failed.what() + "; tried again");
     }
   }
   seen_ = now;
 }
 
-void LiveFolder::remove_gone(const Prints& now) {
+void LiveFolder::warn(const std::string& path, const std::string& what) {
+  if (std::exchange(told_[path], what) != what) log_warning("live folder: " + what);
+}
+
+void LiveFolder::remove_gone(const Files& now) {
   std::vector<std::string> gone;
   for (const auto& [path, known] : known_) {
-    if (now.contains(path))
+    const auto holds = [&path = path](const std::string& folder) { return path.starts_with(folder); };
+    if (now.prints.contains(path) || std::ranges::any_of(now.closed, holds))
       missed_.erase(path);
     else if (++missed_[path] >= kMissedLooks)
       gone.push_back(path);
@@ -185,6 +200,7 @@ void LiveFolder::remove_gone(const Prints& now) {
     }
     known_.erase(path);
     missed_.erase(path);
+    told_.erase(path);
     write_notes();
   }
 }
@@ -194,10 +210,16 @@ void LiveFolder::take(const std::string& path, const Print& print) {
   if (found != known_.end() && found->second.print == print) return;
   const Row dataset =
       found != known_.end() && !found->second.dataset.empty() ? service_.registry().find(found->second.dataset) : nullptr;
-  const auto problem = dataset && dataset->state != State::failed ? change(path, print, *dataset) : begin(path, print);
-  if (!problem) return write_notes();
-  if (is_passing(*problem)) return log_warning("live folder: " + path + ": " + problem->line() + "; tried again");
-  log_warning("live folder: " + path + ": " + problem->line());
+  const bool is_change = dataset && dataset->state != State::failed;
+  const auto problem = print.bytes == 0 ? Problem{"body-empty", "the file is empty", "a raster", ""}
+                       : is_change      ? change(path, print, *dataset)
+                                        : begin(path, print);
+  if (!problem) {
+    told_.erase(path);
+    return write_notes();
+  }
+  if (is_passing(*problem)) return warn(path, path + ": " + problem->line() + "; tried again");
+  warn(path, path + ": " + problem->line());
   known_[path].print = print;  // not asked again before it changes
   write_notes();
 }

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "server/service/service.h"
 
@@ -43,25 +44,28 @@ class LiveFolder {
   void look();
   struct Files {
     Prints prints;
-    bool all = true;  ///< else what is not among them need not be gone
+    std::vector<std::string> closed;  ///< folders below that cannot be read, each with a slash at its end
+    std::string trouble;              ///< why not all are among them; what is not need not be gone
   };
   Files files() const;
-  void remove_gone(const Prints& now);
+  void remove_gone(const Files& now);
   void take(const std::string& path, const Print& print);
   std::optional<proto::Problem> begin(const std::string& path, const Print& print);
   std::optional<proto::Problem> change(const std::string& path, const Print& print, const Dataset& dataset);
   std::string new_id(const std::string& path) const;
   bool stops();
+  /// In the log, once until there is something else to say of this path.
+  void warn(const std::string& path, const std::string& what);
 
   void read_notes();
   void write_notes();
 
   Service& service_;
   const std::filesystem::path folder_, notes_;
-  std::map<std::string, Known> known_;  ///< by path
-  Prints seen_;                         ///< in the last look: a file that is still being written is another one every time
-  std::map<std::string, int> missed_;   ///< looks that did not find a known file
-  bool away_ = false;                   ///< the last look found nothing at all
+  std::map<std::string, Known> known_;       ///< by path
+  Prints seen_;                              ///< in the last look: a file that is still being written is another one every time
+  std::map<std::string, int> missed_;        ///< looks that did not find a known file
+  std::map<std::string, std::string> told_;  ///< by path; the folder's own is empty
   std::mutex mutex_;
   std::condition_variable ending_;
   bool stop_ = false;

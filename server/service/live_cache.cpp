@@ -21,10 +21,16 @@ constexpr auto kBetweenLooks = std::chrono::seconds(1);  // at the disk: steps o
 /// It has an address, and somebody has posted it: it is not deleted for want of room.
 bool is_posted(const Dataset& dataset) { return !dataset.body_hash.empty(); }
 
-/// On disk: of a raster that is fetched as it is read most may be missing.
+/// On disk, with all that is in a folder: of a raster that is fetched as it is read most may be missing.
 std::uint64_t size_of(const fs::path& file) {
   constexpr std::uint64_t kUnit_bytes = 512;
   struct stat found {};
+  if (lstat(file.c_str(), &found) == 0 && S_ISDIR(found.st_mode)) {
+    std::uint64_t bytes = 0;
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator(file, error)) bytes += size_of(entry.path());
+    return bytes;
+  }
   if (lstat(file.c_str(), &found) != 0 || !S_ISREG(found.st_mode)) return 0;
   return std::min(static_cast<std::uint64_t>(found.st_size), static_cast<std::uint64_t>(found.st_blocks) * kUnit_bytes);
 }

@@ -213,6 +213,10 @@ TEST_F(LiveAddress, WithTokensOnlyWhoMayPostHasThemFetched) {
   start({"--tokens", tokens, "--live-open", "1"});
   EXPECT_THAT(whole("/v1/live/tiles/0/1/0.drc" + query("/dems/cone.asc", "&title=New")), HasSubstr("200 OK"));
   EXPECT_EQ(slug("/v1/live/tiles/0/1/0.drc" + hidden), "token-missing");
+  curl("-X PATCH " + writer + " '" + server_.base() + "/v1/datasets/" + id + "?private=1'");
+  for (const char* path : {"/v1/live", "/v1/live/tileset.json", "/v1/live/events", "/v1/live/tiles/0/1/0.drc"})
+    EXPECT_EQ(slug(path + open), "token-missing") << path << " of a dataset that has become private";
+  EXPECT_EQ(slug("/v1/live" + open, reader), "") << "who may read it has it";
 }
 
 /// A raster that is read by ranges: a COG that is large beside what is looked at.
@@ -388,6 +392,25 @@ TEST_F(CacheLimit, WhatWasReadLongestAgoGoesAndComesAgain) {
   const std::string b = id_of(lazy("/dems/b.asc"));
   EXPECT_TRUE(falls_asleep(a));
   EXPECT_TRUE(falls_asleep(b));
+}
+
+TEST_F(CacheLimit, MeshesOfItsTilesCount) {
+  start();
+  const std::string a = id_of(lazy("/dems/a.asc"));
+  EXPECT_FALSE(body("/v1/live" + tile() + lazy("/dems/a.asc"), kFinal).empty());
+  const auto bytes_of_meshes = [&] {
+    std::uintmax_t bytes = 0;
+    std::error_code none_yet;
+    for (const auto& entry : fs::recursive_directory_iterator(folder_of(a) / "dataset.sqlite-meshes", none_yet))
+      if (entry.is_regular_file()) bytes += entry.file_size();
+    return bytes;
+  };
+  const auto counted = [&] {
+    const std::string all = body("/metrics"), name = "\ncordillera_live_bytes ";
+    return std::stoull(all.substr(all.find(name) + name.size()));
+  };
+  ASSERT_TRUE(eventually([&] { return bytes_of_meshes() > 0; })) << "the tile comes before its block is committed";
+  EXPECT_TRUE(eventually([&] { return counted() > bytes_of_meshes() + fs::file_size(raster_); })) << counted();
 }
 
 TEST_F(CacheLimit, BlocksOfAPostedLazyDatasetGoAndItsRasterStays) {

@@ -1,6 +1,8 @@
 // serve --live with the real program: rasters that come, change and go.
 #include <gmock/gmock.h>
 
+#include <unistd.h>
+
 #include <fstream>
 
 #include "program_fixture.h"
@@ -14,8 +16,13 @@ using testing::HasSubstr;
 class LiveFolder : public Program {
  protected:
   LiveFolder() { fs::create_directories(live_ / "alps"); }
-  void start() {
-    server_.start(folder_.path(), {"--live", live_.string(), "--crs", "EPSG:4326", "--vertical-datum", "ellipsoid"});
+  void start(const std::vector<std::string>& more = {}) {
+    std::vector<std::string> options = {"--live", live_.string(), "--crs", "EPSG:4326", "--vertical-datum", "ellipsoid"};
+    options.insert(options.end(), more.begin(), more.end());
+    server_.start(folder_.path(), options);
+  }
+  bool is_logged(const std::string& text) {
+    return eventually([&] { return server_.log().find(text) != std::string::npos; });
   }
   /// A slope, `rise` metres a column. It appears under its name at once, as `mv` makes it.
   void put(const std::string& name, int rise) {
@@ -100,6 +107,42 @@ TEST_F(LiveFolder, WhatCannotBeBuiltIsToldAndTriedAgainWhenItChanges) {
   ASSERT_TRUE(becomes({"bad ready"}));
 }
 
+TEST_F(LiveFolder, AFileThatBecomesEmptyChangesNothing) {
+  put("one.asc", 1);
+  start();
+  ASSERT_TRUE(becomes({"one ready"}));
+  std::ofstream(live_ / "one.asc").flush();
+  EXPECT_TRUE(is_logged("one.asc: the file is empty"));
+  EXPECT_EQ(curl(server_.base() + "/v1/datasets/one/sources")["version"], 1);
+  EXPECT_EQ(listed(), std::vector<std::string>{"one ready"});
+}
+
+TEST_F(LiveFolder, WhatALimitKeepsOutComesWhenThereIsRoom) {
+  put("one.asc", 1);
+  start({"--max-datasets", "1"});
+  ASSERT_TRUE(becomes({"one ready"}));
+  put("two.asc", 1);
+  EXPECT_TRUE(is_logged("two.asc: this service holds as many datasets as it may; accepted:")) << server_.log();
+  fs::remove(live_ / "one.asc");
+  ASSERT_TRUE(becomes({"two ready"}));
+}
+
+TEST_F(LiveFolder, AFolderThatMayNotBeReadIsPassedOver) {
+  if (geteuid() == 0) GTEST_SKIP() << "root may read every folder";
+  fs::create_directories(live_ / "lost+found");
+  put("one.asc", 1);
+  put("alps/two.asc", 1);
+  put("zoo.asc", 1);
+  fs::permissions(live_ / "lost+found", fs::perms::none);
+  start();
+  ASSERT_TRUE(becomes({"alps-two ready", "one ready", "zoo ready"}));
+  EXPECT_TRUE(is_logged("lost+found/ may not be read"));
+  fs::permissions(live_ / "alps", fs::perms::none);
+  fs::remove(live_ / "one.asc");
+  EXPECT_TRUE(becomes({"alps-two ready", "zoo ready"})) << "what was in a folder that is closed now stays";
+  for (const char* closed : {"alps", "lost+found"}) fs::permissions(live_ / closed, fs::perms::owner_all);
+}
+
 // A disk that is not mounted looks like this.
 TEST_F(LiveFolder, AnEmptyFolderDeletesNothing) {
   put("one.asc", 1);
@@ -108,7 +151,7 @@ TEST_F(LiveFolder, AnEmptyFolderDeletesNothing) {
   const fs::path away = folder_.path() / "away";
   fs::rename(live_, away);
   fs::create_directory(live_);
-  EXPECT_TRUE(eventually([&] { return server_.log().find("nothing is deleted") != std::string::npos; }));
+  EXPECT_TRUE(is_logged("nothing is deleted"));
   fs::remove(live_);
   fs::rename(away, live_);
   put("two.asc", 1);  // when it is there, the folder has been looked at again
