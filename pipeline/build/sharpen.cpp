@@ -85,10 +85,14 @@ proto::Result<void> put_done_blocks(const std::string& store, const proto::Plan&
   nodes.merge(blocks_in(manifest));
   manifest.clear_done_blocks();
   manifest.mutable_done_blocks()->set_level(plan.block_level());
+  double made = 0, all = 0;
   for (const proto::TileAddress& node : nodes) {
     manifest.mutable_done_blocks()->add_x(static_cast<std::uint32_t>(node.x));
     manifest.mutable_done_blocks()->add_y(static_cast<std::uint32_t>(node.y));
+    made += samples_of(plan, node);
   }
+  for (const proto::TileAddress& node : touched_tiles(plan, static_cast<int>(plan.block_level()))) all += samples_of(plan, node);
+  manifest.mutable_done_blocks()->set_share(all > 0 ? made / all : 0);
   const auto published = (*writer)->publish(std::move(manifest));
   return published.ok() ? proto::Result<void>() : published.problem();
 }

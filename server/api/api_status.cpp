@@ -8,6 +8,7 @@
 #include "server/api/api.h"
 #include "server/api/api_updates.h"
 #include "server/api/public_address.h"
+#include "server/datasets/whole_share.h"
 #include "server/fetch/addresses.h"
 #include "server/http/json.h"
 #include "server/jobs/provisional.h"
@@ -24,6 +25,19 @@ proto::Progress before_the_first(State state) {
   progress.set_stage(to_string(state == State::running ? State::queued : state));
   progress.set_seconds_left(-1);
   return progress;
+}
+
+/// What was said of it last. Of a lazy one no less than its tiles tell: after a start of the service nobody has said anything.
+ProgressHub::Snapshot with_tiles_told(Service& service, const Dataset& dataset, ProgressHub::Snapshot now) {
+  const auto shown = is_lazy(dataset) ? service.library().provisional(dataset.id) : nullptr;
+  if (!shown || !shown->manifest().has_done_blocks()) return now;
+  proto::Progress made;
+  made.set_stage("build");
+  made.set_done(shown->manifest().done_blocks().share());
+  made.set_total(1);
+  now.share = std::max(now.share, whole_share(made));
+  if (!now.progress) now.progress = std::move(made);
+  return now;
 }
 
 /// What is said of a dataset that is not finished. place: among those that wait.
@@ -168,7 +182,7 @@ class EventStream {
     if (!dataset) return event_text("failed", problem_json(unknown_dataset(id_)));
     if (ended_ && dataset->state == State::ready) return tiles + event_text("ready", status_json(service_, *dataset, path_));
     if (dataset->state == State::failed) return event_text("failed", problem_json(dataset->problem.value_or(proto::Problem{})));
-    Json data = progress_json(*dataset, now, place_);
+    Json data = progress_json(*dataset, with_tiles_told(service_, *dataset, now), place_);
     data["state"] = to_string(dataset->state);
     if (is_built_lazily(service_, *dataset)) data["build"] = kLazy;
     return tiles + event_text("progress", data);
@@ -213,7 +227,7 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pa
   json["state"] = to_string(dataset.state);
   json["created"] = dataset.created;
   json["private"] = dataset.is_private;
-  const auto now = service.hub().now(dataset.id);
+  const auto now = with_tiles_told(service, dataset, service.hub().now(dataset.id));
   const Json changes = updates::status(service, dataset.id);
   const bool changing = changes.is_object() && changes["pending"] > 0;
   const bool unfinished = dataset.state == State::queued || dataset.state == State::running || changing;

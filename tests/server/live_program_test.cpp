@@ -158,9 +158,14 @@ TEST_F(LazyProgram, BlocksAreMadeWhereSomebodyLooks) {
   };
   EXPECT_THAT(look(-kAway_deg), HasSubstr("200 OK"));
   ASSERT_TRUE(eventually([&] { return is_there(id, finest(-kAway_deg)); })) << server_.log();
+  ASSERT_TRUE(eventually([&] { return !get(id, "/manifest.json")["done_blocks"]["x"].empty(); }))
+      << "its finest tiles come first";
   EXPECT_FALSE(is_there(id, finest(kAway_deg))) << "nobody has looked there";
   server_.end(SIGKILL);
   start_server();
+  const Json again = status(id)["progress"];
+  EXPECT_GT(again["share"], 0.1) << "what is made is told: " << again;
+  EXPECT_EQ(again["stage"], "build");
   EXPECT_TRUE(is_there(id, finest(-kAway_deg)));
   EXPECT_FALSE(is_there(id, finest(kAway_deg)));
   EXPECT_THAT(get(id, "/elevation?points=10.27,46.27").dump(), HasSubstr("ellipsoidal_height"));
