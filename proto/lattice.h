@@ -12,7 +12,6 @@
 namespace cordillera::proto {
 
 inline constexpr int kTileCells = 256;
-inline constexpr const char* kScheme = "geodetic";  ///< what manifests call these tiles
 inline constexpr int kMaxLevel = 21;  ///< finest level allowed (cells of 4 cm): window columns, wrapped once, fit 32 bits
 
 /// A tile of EPSG:4326, which has two roots at level 0; x = 0 is the western hemisphere. x counts from longitude -180 eastward, y

@@ -65,7 +65,6 @@ proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& p
   *manifest.mutable_options() = effective(request, plan, source, machine);
   manifest.mutable_options()->set_name(manifest.name());
   manifest.mutable_options()->set_title(manifest.title());
-  manifest.set_scheme(proto::kScheme);
   manifest.set_min_level(plan.min_level());
   manifest.set_max_level(plan.finest_level());
   const proto::Lattice lattice = lattice_of(plan);

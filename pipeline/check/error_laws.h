@@ -12,7 +12,7 @@ namespace cordillera::pipeline::check {
 /// Measures decoded tiles anew. The error of a tile over more samples than a block has is left out and counted.
 class ErrorLaws {
  public:
-  /// plan: scheme, finest_level and levels.
+  /// plan: finest_level and levels.
   static proto::Result<std::unique_ptr<ErrorLaws>> open(const OpenRasters& rasters, const proto::Manifest& manifest,
                                                         const proto::Plan& plan);
   void add(const CheckedTile& tile, double stated_m, Report& report);

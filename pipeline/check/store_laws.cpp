@@ -150,7 +150,6 @@ void check_manifest(const proto::Manifest& expected, const proto::Manifest& foun
     same(name, std::to_string(there), std::to_string(wanted));
   };
   same("program", found.program(), plan.program());
-  same("scheme", found.scheme(), expected.scheme());
   same("height_datum", found.height_datum(), expected.height_datum());
   same("drc_formula", found.drc_formula(), expected.drc_formula());
   number("min_level", found.min_level(), expected.min_level());
@@ -158,7 +157,6 @@ void check_manifest(const proto::Manifest& expected, const proto::Manifest& foun
   number("tiles", found.tiles(), expected.tiles());
   number("triangles", found.triangles(), expected.triangles());
   proto::Manifest rest = found;
-  rest.set_scheme(expected.scheme());
   rest.set_height_datum(expected.height_datum());
   rest.set_drc_formula(expected.drc_formula());
   rest.set_min_level(expected.min_level());

@@ -200,7 +200,6 @@ void summarise(Database& database, const proto::Plan& plan, proto::Manifest& man
   manifest.set_tiles(static_cast<std::uint32_t>(tiles));
   manifest.set_triangles(static_cast<std::uint32_t>(std::min(triangles, 4294967295.0)));
   manifest.set_bytes(blob_bytes(database, "SELECT drc FROM tiles UNION SELECT glb FROM tiles"));
-  manifest.set_scheme(proto::kScheme);
   manifest.set_min_level(plan.min_level());
   manifest.set_max_level(plan.finest_level());
   manifest.set_height_datum("WGS 84 ellipsoid");

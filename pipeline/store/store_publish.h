@@ -18,7 +18,7 @@ class NothingToPublish : public StoreError {
 /// notes alone is told, too.
 void note_datums(proto::Manifest& manifest);
 
-/// Fills levels, tiles, triangles, bytes, bounds, and what the store's format itself says (scheme, levels, height step, formula).
+/// Fills levels, tiles, triangles, bytes, bounds, and what the store's format itself says (levels, height step, formula).
 void summarise(Database& database, const proto::Plan& plan, proto::Manifest& manifest);
 
 }  // namespace cordillera::pipeline

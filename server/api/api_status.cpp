@@ -141,7 +141,6 @@ Json summary_json(const proto::Manifest& manifest) {
   json["title"] = manifest.title();
   json["attribution"] = manifest.attribution();
   json["imagery"] = manifest.options().imagery();
-  json["scheme"] = manifest.scheme();
   json["min_level"] = manifest.min_level();
   json["max_level"] = manifest.max_level();
   json["bounds"] = std::vector<double>(manifest.bounds().begin(), manifest.bounds().end());

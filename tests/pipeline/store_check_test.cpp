@@ -93,8 +93,6 @@ TEST_F(CheckedStore, SaysInItsManifestWhatSuchAStoreHas) {
   const std::string tiles = std::to_string(sound->tiles());
   const std::string found[] = {with([](proto::Manifest& m) { m.set_program("another 7"); }),
                                "manifest: program is 'another 7'; expected: ''",
-                               with([](proto::Manifest& m) { m.set_scheme("mercator"); }),
-                               "manifest: scheme is 'mercator'; expected: 'geodetic'",
                                with([](proto::Manifest& m) { m.set_height_datum("the sea"); }),
                                "manifest: height_datum is 'the sea'; expected: 'WGS 84 ellipsoid'",
                                with([](proto::Manifest& m) { m.set_drc_formula("x + y"); }),

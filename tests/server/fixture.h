@@ -108,7 +108,6 @@ inline void make_store(const std::string& path, const std::string& id, bool prov
   manifest.set_id(id);
   manifest.set_name("test");
   manifest.set_attribution("Somebody");
-  manifest.set_scheme("geodetic");
   manifest.set_max_level(plan.finest_level());
   manifest.set_provisional(provisional);
   if (block_level) manifest.mutable_done_blocks()->set_level(*block_level);

@@ -87,7 +87,6 @@ TEST_F(Program, TheManifestSaysWhatWasAssumed) {
   EXPECT_EQ(options["voids"], "fill");
   EXPECT_EQ(options["fill_limit"], 512);
   EXPECT_EQ(options["strategy"], "exact");
-  EXPECT_EQ(manifest["scheme"], "geodetic");
   EXPECT_FALSE(options.contains("scheme"));
   EXPECT_EQ(options["device"], "cpu");
   EXPECT_GT(options["threads"], 0);
