@@ -15,6 +15,7 @@
 #include "raster/storage/storage.h"
 #include "server/api/api.h"
 #include "server/api/api_updates.h"
+#include "server/datasets/more_rasters.h"
 #include "server/datasets/upload.h"
 #include "server/http/json.h"
 #include "server/http/request_id.h"
@@ -44,6 +45,42 @@ bool read_pieces(const fs::path& file, const Request::Sink& sink) {
     if (count <= 0) return count == 0;
     if (!sink({piece.data(), static_cast<std::size_t>(count)})) return false;
   }
+}
+
+/// Files of one folder up to the first dot of their names: a raster's and those beside it have it in common.
+std::string group_of(const fs::path& path) {
+  return path.parent_path() / path.filename().string().substr(0, path.filename().string().find('.'));
+}
+
+bool may_be_side(const std::string& name) {
+  const std::string extension = raster::extension_of(name);
+  return extension.empty() || raster::is_side_extension(extension) || raster::is_pam(name);
+}
+
+/// The file with those beside it that say something of it, such as dem.prj, as one in the room; without such files itself.
+proto::Result<fs::path> with_sides(const fs::path& file, const Upload& room) {
+  std::vector<MoreRaster> files;
+  std::uintmax_t bytes = 0;
+  std::error_code error;
+  const auto take = [&](const fs::path& from) {
+    const MoreRaster& to = files.emplace_back(MoreRaster{from.filename().string(), "part" + std::to_string(files.size()), "", 0});
+    fs::copy_file(from, room.folder() / to.file, error);
+    files.back().bytes = fs::file_size(from, error);
+  };
+  std::vector<fs::path> sides;
+  for (const auto& entry : fs::directory_iterator(file.parent_path(), error)) {
+    const std::string name = entry.path().filename().string();
+    if (!may_be_side(name) || !raster::is_side_of(file.filename().string(), name)) continue;
+    if (!entry.is_symlink(error) && entry.is_regular_file(error)) sides.push_back(entry.path()), bytes += entry.file_size(error);
+  }
+  if (sides.empty() || bytes + fs::file_size(file, error) >= UINT32_MAX) return file;  // one zip would not hold them
+  std::ranges::sort(sides);
+  take(file);
+  for (const fs::path& side : sides) take(side);
+  if (error) return Problem{"body-incomplete", "it cannot be read with the files beside it: " + error.message(), "", ""};
+  auto packed = with_sides_packed(room.folder(), files);
+  if (!packed) return packed.problem();
+  return room.folder() / packed->front().file;
 }
 
 /// As if the file were sent. It ends early where the file does.
@@ -125,6 +162,12 @@ void LiveFolder::run() {
 LiveFolder::Files LiveFolder::files() const {
   Files files;
   Prints& found = files.prints;
+  struct Beside {
+    std::string name;
+    Print print;
+  };
+  std::map<std::string, std::vector<Beside>> beside;  // by group
+  std::vector<std::string> alone;                     // rasters of formats that need others, without them
   std::error_code error;
   fs::recursive_directory_iterator entry(folder_, error);
   for (; !error && entry != fs::recursive_directory_iterator() && found.size() < kMostFiles; entry.increment(error)) {
@@ -141,13 +184,28 @@ LiveFolder::Files LiveFolder::files() const {
       continue;
     }
     const std::string extension = raster::extension_of(name);
-    if (entry->is_symlink(gone) || !entry->is_regular_file(gone) || !raster::is_raster_extension(extension) ||
-        raster::needs_others(extension) != nullptr)
-      continue;
+    const bool is_raster = raster::is_raster_extension(extension);
+    if (entry->is_symlink(gone) || !entry->is_regular_file(gone) || !(is_raster || may_be_side(name))) continue;
     const Print print{entry->file_size(gone), entry->last_write_time(gone).time_since_epoch().count()};
     const std::string path = entry->path().lexically_relative(folder_).generic_string();
-    if (!gone && proto::is_utf8(path)) found[path] = print;  // others cannot stand in an answer
+    if (gone || !proto::is_utf8(path)) continue;  // others cannot stand in an answer
+    if (is_raster)
+      found[path] = print;
+    else
+      beside[group_of(path)].push_back({name, print});
   }
+  for (auto& [path, print] : found) {
+    const std::string name = fs::path(path).filename().string();
+    bool has_sides = false;
+    for (const Beside& other : beside[group_of(path)]) {
+      if (!raster::is_side_of(name, other.name)) continue;
+      has_sides = true;
+      print.changed_ns = std::max(print.changed_ns, other.print.changed_ns);
+      if (print.bytes > 0) print.bytes += other.print.bytes;
+    }
+    if (!has_sides && raster::needs_others(raster::extension_of(name)) != nullptr) alone.push_back(path);
+  }
+  for (const std::string& path : alone) found.erase(path);
   if (found.size() == kMostFiles) files.trouble = "only " + std::to_string(kMostFiles) + " of its rasters are datasets";
   if (error) files.trouble = "it cannot be read to its end: " + error.message();
   return files;
@@ -211,9 +269,8 @@ void LiveFolder::take(const std::string& path, const Print& print) {
   const Row dataset =
       found != known_.end() && !found->second.dataset.empty() ? service_.registry().find(found->second.dataset) : nullptr;
   const bool is_change = dataset && dataset->state != State::failed;
-  const auto problem = print.bytes == 0 ? Problem{"body-empty", "the file is empty", "a raster", ""}
-                       : is_change      ? change(path, print, *dataset)
-                                        : begin(path, print);
+  auto problem = refused(print, dataset ? limits::Entry::again : limits::Entry::fresh);
+  if (!problem) problem = is_change ? change(path, print, *dataset) : begin(path, print);
   if (!problem) {
     told_.erase(path);
     return write_notes();
@@ -224,6 +281,16 @@ void LiveFolder::take(const std::string& path, const Print& print) {
   write_notes();
 }
 
+std::optional<Problem> LiveFolder::refused(const Print& print, limits::Entry entry) {
+  if (print.bytes == 0) return Problem{"body-empty", "the file is empty", "a raster", ""};
+  const std::uint64_t most = most_bytes(service_.settings().serve.limits);
+  if (print.bytes > most)
+    return Problem{"body-too-large", "it has " + std::to_string(print.bytes) + " bytes, more than this service takes",
+                   "at most " + std::to_string(most >> 20) + " MiB (body-limit)", ""};
+  const auto place = service_.admission().enter(kWho, print.bytes, entry);
+  return place ? std::nullopt : std::optional(place.problem());
+}
+
 std::optional<Problem> LiveFolder::begin(const std::string& path, const Print& print) {
   const auto found = known_.find(path);
   std::string id = found == known_.end() ? "" : found->second.dataset;
@@ -232,7 +299,10 @@ std::optional<Problem> LiveFolder::begin(const std::string& path, const Print& p
   if (id.empty()) id = new_id(path);
   known_[path] = {id, {}};
   write_notes();  // first: whatever happens, the file has this dataset and no second one
-  Request request = sending(folder_ / path, "POST", "/v1/datasets");
+  const Upload room(service_.layout(), "");
+  const auto file = with_sides(folder_ / path, room);
+  if (!file) return file.problem();
+  Request request = sending(*file, "POST", "/v1/datasets");
   request.query = {{"name", fs::path(path).filename().string()}, {"updates", "1"}};
   if (auto refused = refusal(post_dataset(service_, request, id))) return refused;
   known_[path] = {id, print};
@@ -243,7 +313,10 @@ std::optional<Problem> LiveFolder::begin(const std::string& path, const Print& p
 std::optional<Problem> LiveFolder::change(const std::string& path, const Print& print, const Dataset& dataset) {
   const auto sources = service_.ledger().expected(dataset.id);
   if (sources.empty()) return Problem{"source-unknown", "dataset " + dataset.id + " has no raster any more", "", ""};
-  const Request request = sending(folder_ / path, "PUT", "/v1/datasets/" + dataset.id + "/sources/" + sources.front().id());
+  const Upload room(service_.layout(), "");
+  const auto file = with_sides(folder_ / path, room);
+  if (!file) return file.problem();
+  const Request request = sending(*file, "PUT", "/v1/datasets/" + dataset.id + "/sources/" + sources.front().id());
   if (auto refused = refusal(updates::sources(service_, request, dataset, parse_route(request.path)))) return refused;
   known_[path].print = print;
   log_info("live folder: " + path + " has changed, a new version of dataset " + dataset.id);

@@ -28,7 +28,7 @@ class LiveFolder {
   ~LiveFolder();  ///< ends a look that is under way as soon as it can
 
  private:
-  /// What of a file tells whether it is the same.
+  /// What of a file tells whether it is the same, with what lies beside it and says something of it.
   struct Print {
     std::uint64_t bytes = 0;
     std::int64_t changed_ns = 0;
@@ -50,6 +50,8 @@ class LiveFolder {
   Files files() const;
   void remove_gone(const Files& now);
   void take(const std::string& path, const Print& print);
+  /// Whether the service would take it now: files beside a raster are only packed then.
+  std::optional<proto::Problem> refused(const Print& print, limits::Entry entry);
   std::optional<proto::Problem> begin(const std::string& path, const Print& print);
   std::optional<proto::Problem> change(const std::string& path, const Print& print, const Dataset& dataset);
   std::string new_id(const std::string& path) const;

@@ -107,6 +107,32 @@ TEST_F(LiveFolder, WhatCannotBeBuiltIsToldAndTriedAgainWhenItChanges) {
   ASSERT_TRUE(becomes({"bad ready"}));
 }
 
+TEST_F(LiveFolder, WhatLiesBesideARasterIsReadWithIt) {
+  const auto write = [](const fs::path& file, const std::string& text) { std::ofstream(file, std::ios::binary) << text; };
+  const std::string utm =
+      R"(PROJCS["UTM 32N",GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],)"
+      R"(UNIT["degree",0.0174532925199433]],PROJECTION["Transverse_Mercator"],PARAMETER["latitude_of_origin",0],)"
+      R"(PARAMETER["central_meridian",9],PARAMETER["scale_factor",0.9996],PARAMETER["false_easting",500000],)"
+      R"(PARAMETER["false_northing",0],UNIT["metre",1]])";
+  const auto heights = [](float metres) {
+    const std::vector<float> all(40 * 40, metres);
+    return std::string(reinterpret_cast<const char*>(all.data()), all.size() * sizeof(float));
+  };
+  const std::string place = "ncols 40\nnrows 40\nxllcorner 500000\nyllcorner 5000000\ncellsize 30\n";
+  write(live_ / "flat.hdr", place + "byteorder LSBFIRST\n");
+  write(live_ / "flat.prj", utm);
+  write(live_ / "flat.flt", heights(100));
+  write(live_ / "alone.flt", heights(100));
+  server_.start(folder_.path(), {"--live", live_.string(), "--vertical-datum", "ellipsoid"});
+  ASSERT_TRUE(becomes({"flat ready"})) << "one without its header is none";
+  EXPECT_NEAR(highest("flat"), 100, 1);
+  write(live_ / "flat.flt", heights(300));
+  EXPECT_TRUE(eventually([&] { return highest("flat") > 299; })) << server_.log();
+  write(live_ / "flat.hdr", place + "nodata_value 300\nbyteorder LSBFIRST\n");
+  const auto sources = [&] { return curl(server_.base() + "/v1/datasets/flat/sources").dump(); };
+  EXPECT_TRUE(eventually([&] { return sources().find("raster-all-nodata") != std::string::npos; })) << sources();
+}
+
 TEST_F(LiveFolder, AFileThatBecomesEmptyChangesNothing) {
   put("one.asc", 1);
   start();
