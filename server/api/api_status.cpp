@@ -27,7 +27,7 @@ proto::Progress before_the_first(State state) {
   return progress;
 }
 
-/// What was said of it last. Of a lazy one no less than its tiles tell: after a start of the service nobody has said anything.
+/// Of a lazy one no less is done than its tiles tell: after a start of the service nobody has said anything.
 ProgressHub::Snapshot with_tiles_told(Service& service, const Dataset& dataset, ProgressHub::Snapshot now) {
   const auto shown = is_lazy(dataset) ? service.library().provisional(dataset.id) : nullptr;
   if (!shown || !shown->manifest().has_done_blocks()) return now;
@@ -36,7 +36,6 @@ ProgressHub::Snapshot with_tiles_told(Service& service, const Dataset& dataset, 
   made.set_done(shown->manifest().done_blocks().share());
   made.set_total(1);
   now.share = std::max(now.share, whole_share(made));
-  if (!now.progress) now.progress = std::move(made);
   return now;
 }
 

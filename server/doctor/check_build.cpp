@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "gpu/device/device_choice.h"
+#include "gpu/simplify.h"
 #include "pipeline/encode/decode.h"
 #include "pipeline/store/store.h"
 #include "proto/lattice.h"
@@ -58,7 +60,9 @@ proto::Job job_of(const Settings& settings) {
   job.set_id("doctor");
   job.set_name("cone.asc");
   job.set_raster("source.asc");
-  job.mutable_options()->set_device(settings.build.device());
+  // By itself so small a build would leave a GPU alone; whether jobs may use it is what is to be found out.
+  const bool on_gpu = gpu::is_any_device(settings.build.device()) && gpu::cuda_devices() > 0;
+  job.mutable_options()->set_device(on_gpu ? "cuda" : settings.build.device());
   job.mutable_options()->set_threads(settings.build.threads());
   job.mutable_options()->set_memory(settings.build.memory());
   job.mutable_options()->set_crs("EPSG:4326");

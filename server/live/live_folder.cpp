@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <cstring>
+#include <fstream>
 #include <utility>
 #include <vector>
 
@@ -32,6 +34,7 @@ constexpr int kMissedLooks = 2;             // before a file counts as gone: a p
 constexpr std::size_t kMostFiles = 10'000;  // what a look takes is a fraction of the pause
 constexpr std::size_t kPiece = 1 << 20;
 constexpr const char* kWho = "live folder";
+constexpr const char* kErMapper = ".ers";  // its heights have no extension, by which they could be found
 
 /// Reads a file in pieces; what has become a link meanwhile is not followed. False: it cannot be read, or the sink wants no more.
 bool read_pieces(const fs::path& file, const Request::Sink& sink) {
@@ -45,42 +48,6 @@ bool read_pieces(const fs::path& file, const Request::Sink& sink) {
     if (count <= 0) return count == 0;
     if (!sink({piece.data(), static_cast<std::size_t>(count)})) return false;
   }
-}
-
-/// Files of one folder up to the first dot of their names: a raster's and those beside it have it in common.
-std::string group_of(const fs::path& path) {
-  return path.parent_path() / path.filename().string().substr(0, path.filename().string().find('.'));
-}
-
-bool may_be_side(const std::string& name) {
-  const std::string extension = raster::extension_of(name);
-  return extension.empty() || raster::is_side_extension(extension) || raster::is_pam(name);
-}
-
-/// The file with those beside it that say something of it, such as dem.prj, as one in the room; without such files itself.
-proto::Result<fs::path> with_sides(const fs::path& file, const Upload& room) {
-  std::vector<MoreRaster> files;
-  std::uintmax_t bytes = 0;
-  std::error_code error;
-  const auto take = [&](const fs::path& from) {
-    const MoreRaster& to = files.emplace_back(MoreRaster{from.filename().string(), "part" + std::to_string(files.size()), "", 0});
-    fs::copy_file(from, room.folder() / to.file, error);
-    files.back().bytes = fs::file_size(from, error);
-  };
-  std::vector<fs::path> sides;
-  for (const auto& entry : fs::directory_iterator(file.parent_path(), error)) {
-    const std::string name = entry.path().filename().string();
-    if (!may_be_side(name) || !raster::is_side_of(file.filename().string(), name)) continue;
-    if (!entry.is_symlink(error) && entry.is_regular_file(error)) sides.push_back(entry.path()), bytes += entry.file_size(error);
-  }
-  if (sides.empty() || bytes + fs::file_size(file, error) >= UINT32_MAX) return file;  // one zip would not hold them
-  std::ranges::sort(sides);
-  take(file);
-  for (const fs::path& side : sides) take(side);
-  if (error) return Problem{"body-incomplete", "it cannot be read with the files beside it: " + error.message(), "", ""};
-  auto packed = with_sides_packed(room.folder(), files);
-  if (!packed) return packed.problem();
-  return room.folder() / packed->front().file;
 }
 
 /// As if the file were sent. It ends early where the file does.
@@ -162,12 +129,6 @@ void LiveFolder::run() {
 LiveFolder::Files LiveFolder::files() const {
   Files files;
   Prints& found = files.prints;
-  struct Beside {
-    std::string name;
-    Print print;
-  };
-  std::map<std::string, std::vector<Beside>> beside;  // by group
-  std::vector<std::string> alone;                     // rasters of formats that need others, without them
   std::error_code error;
   fs::recursive_directory_iterator entry(folder_, error);
   for (; !error && entry != fs::recursive_directory_iterator() && found.size() < kMostFiles; entry.increment(error)) {
@@ -184,30 +145,26 @@ LiveFolder::Files LiveFolder::files() const {
       continue;
     }
     const std::string extension = raster::extension_of(name);
-    const bool is_raster = raster::is_raster_extension(extension);
-    if (entry->is_symlink(gone) || !entry->is_regular_file(gone) || !(is_raster || may_be_side(name))) continue;
+    const bool is_raster = raster::is_raster_extension(extension) && extension != kErMapper;
+    const bool is_side = raster::is_pam(name) || raster::is_side_extension(extension);
+    if (entry->is_symlink(gone) || !entry->is_regular_file(gone) || !(is_raster || is_side)) continue;
     const Print print{entry->file_size(gone), entry->last_write_time(gone).time_since_epoch().count()};
     const std::string path = entry->path().lexically_relative(folder_).generic_string();
     if (gone || !proto::is_utf8(path)) continue;  // others cannot stand in an answer
     if (is_raster)
       found[path] = print;
-    else
-      beside[group_of(path)].push_back({name, print});
+    else if (print.bytes > 0 && ::access(entry->path().c_str(), R_OK) == 0)
+      files.sides.add(path, print);
   }
-  for (auto& [path, print] : found) {
-    const std::string name = fs::path(path).filename().string();
-    bool has_sides = false;
-    for (const Beside& other : beside[group_of(path)]) {
-      if (!raster::is_side_of(name, other.name)) continue;
-      has_sides = true;
-      print.changed_ns = std::max(print.changed_ns, other.print.changed_ns);
-      if (print.bytes > 0) print.bytes += other.print.bytes;
-    }
-    if (!has_sides && raster::needs_others(raster::extension_of(name)) != nullptr) alone.push_back(path);
-  }
-  for (const std::string& path : alone) found.erase(path);
   if (found.size() == kMostFiles) files.trouble = "only " + std::to_string(kMostFiles) + " of its rasters are datasets";
   if (error) files.trouble = "it cannot be read to its end: " + error.message();
+  for (auto at = found.begin(); at != found.end();) {
+    const auto sides = files.sides.of(at->first);
+    const bool lacks_some = sides.empty() && raster::needs_others(raster::extension_of(at->first)) != nullptr;
+    for (const auto& side : sides)
+      if (at->second.bytes > 0) at->second.add(side.print);
+    at = lacks_some ? found.erase(at) : std::next(at);
+  }
   return files;
 }
 
@@ -223,6 +180,10 @@ void LiveFolder::look() {
   else
     warn("", folder_.string() + ": " + found.trouble + "; nothing is deleted");
   if (found.trouble.empty()) told_.erase("");
+  std::erase_if(told_, [&](const auto& told) {
+    return !told.first.empty() && !now.contains(told.first) && std::ranges::find(found.closed, told.first) == found.closed.end();
+  });
+  sides_ = std::move(found.sides);
   for (const std::string& closed : found.closed) warn(closed, closed + " may not be read by this service; it is passed over");
   for (const auto& [path, print] : now) {
     if (stops()) return;
@@ -258,7 +219,6 @@ void LiveFolder::remove_gone(const Files& now) {
     }
     known_.erase(path);
     missed_.erase(path);
-    told_.erase(path);
     write_notes();
   }
 }
@@ -300,7 +260,7 @@ std::optional<Problem> LiveFolder::begin(const std::string& path, const Print& p
   known_[path] = {id, {}};
   write_notes();  // first: whatever happens, the file has this dataset and no second one
   const Upload room(service_.layout(), "");
-  const auto file = with_sides(folder_ / path, room);
+  const auto file = with_sides(path, room);
   if (!file) return file.problem();
   Request request = sending(*file, "POST", "/v1/datasets");
   request.query = {{"name", fs::path(path).filename().string()}, {"updates", "1"}};
@@ -314,7 +274,7 @@ std::optional<Problem> LiveFolder::change(const std::string& path, const Print& 
   const auto sources = service_.ledger().expected(dataset.id);
   if (sources.empty()) return Problem{"source-unknown", "dataset " + dataset.id + " has no raster any more", "", ""};
   const Upload room(service_.layout(), "");
-  const auto file = with_sides(folder_ / path, room);
+  const auto file = with_sides(path, room);
   if (!file) return file.problem();
   const Request request = sending(*file, "PUT", "/v1/datasets/" + dataset.id + "/sources/" + sources.front().id());
   if (auto refused = refusal(updates::sources(service_, request, dataset, parse_route(request.path)))) return refused;
@@ -323,12 +283,46 @@ std::optional<Problem> LiveFolder::change(const std::string& path, const Print& 
   return std::nullopt;
 }
 
+proto::Result<fs::path> LiveFolder::with_sides(const std::string& path, const Upload& room) {
+  const auto sides = sides_.of(path);
+  std::error_code error;
+  std::uintmax_t bytes = fs::file_size(folder_ / path, error);
+  for (const auto& side : sides) bytes += side.print.bytes;
+  if (bytes >= UINT32_MAX && !sides.empty())
+    log_warning("live folder: " + path +
+                " is read without what lies beside it: together they have more than the 4 GiB of a .zip");
+  if (sides.empty() || bytes >= UINT32_MAX) return folder_ / path;
+  std::vector<std::string> all;  // what is small first: if it cannot be read, that is known at once
+  for (const auto& side : sides) all.push_back(side.path);
+  all.push_back(path);
+  std::vector<MoreRaster> files;
+  for (const std::string& one : all) {
+    MoreRaster& to =
+        files.emplace_back(MoreRaster{fs::path(one).filename().string(), "part" + std::to_string(files.size()), "", 0});
+    std::ofstream copy(room.folder() / to.file, std::ios::binary);
+    const bool whole = read_pieces(folder_ / one, [&](std::string_view piece) {
+      to.bytes += piece.size();
+      return !stops() && bool(copy.write(piece.data(), static_cast<std::streamsize>(piece.size())));
+    });
+    if (stops()) return Problem{"service-stopping", "the service ends", "", ""};
+    if (!whole || !copy.flush()) return Problem{"storage-full", one + " cannot be copied: " + std::strerror(errno), "", ""};
+  }
+  std::rotate(files.rbegin(), files.rbegin() + 1, files.rend());  // its name is that of all
+  auto packed = with_sides_packed(room.folder(), files);
+  if (!packed) return packed.problem();
+  return room.folder() / packed->front().file;
+}
+
 std::string LiveFolder::new_id(const std::string& path) const {
   std::string flat = path;
   std::replace(flat.begin(), flat.end(), '/', '-');
   const std::string stem = id_stem(flat).empty() ? "raster" : id_stem(flat);
   std::string id = stem;
-  for (int k = 2; service_.find(id); ++k) id = stem + "-" + std::to_string(k);
+  const auto is_taken = [&] {  // by a dataset, or promised to a file that is still to become one
+    return service_.find(id) != nullptr ||
+           std::ranges::any_of(known_, [&](const auto& known) { return known.second.dataset == id; });
+  };
+  for (int k = 2; is_taken(); ++k) id = stem + "-" + std::to_string(k);
   return id;
 }
 

@@ -10,6 +10,8 @@
 #include <thread>
 #include <vector>
 
+#include "server/datasets/upload.h"
+#include "server/live/side_files.h"
 #include "server/service/service.h"
 
 namespace cordillera::server {
@@ -28,12 +30,7 @@ class LiveFolder {
   ~LiveFolder();  ///< ends a look that is under way as soon as it can
 
  private:
-  /// What of a file tells whether it is the same, with what lies beside it and says something of it.
-  struct Print {
-    std::uint64_t bytes = 0;
-    std::int64_t changed_ns = 0;
-    bool operator==(const Print&) const = default;
-  };
+  using Print = FilePrint;
   struct Known {
     std::string dataset;  ///< id; empty: none could be made of it
     Print print;          ///< of the bytes that it has
@@ -44,6 +41,7 @@ class LiveFolder {
   void look();
   struct Files {
     Prints prints;
+    SideFiles sides;
     std::vector<std::string> closed;  ///< folders below that cannot be read, each with a slash at its end
     std::string trouble;              ///< why not all are among them; what is not need not be gone
   };
@@ -54,6 +52,8 @@ class LiveFolder {
   std::optional<proto::Problem> refused(const Print& print, limits::Entry entry);
   std::optional<proto::Problem> begin(const std::string& path, const Print& print);
   std::optional<proto::Problem> change(const std::string& path, const Print& print, const Dataset& dataset);
+  /// The raster; or, with what lies beside it, one file in the room. Problems: "storage-full", "service-stopping".
+  proto::Result<std::filesystem::path> with_sides(const std::string& path, const Upload& room);
   std::string new_id(const std::string& path) const;
   bool stops();
   /// In the log, once until there is something else to say of this path.
@@ -65,6 +65,7 @@ class LiveFolder {
   Service& service_;
   const std::filesystem::path folder_, notes_;
   std::map<std::string, Known> known_;       ///< by path
+  SideFiles sides_;                          ///< in this look
   Prints seen_;                              ///< in the last look: a file that is still being written is another one every time
   std::map<std::string, int> missed_;        ///< looks that did not find a known file
   std::map<std::string, std::string> told_;  ///< by path; the folder's own is empty

@@ -25,13 +25,14 @@ bool is_posted(const Dataset& dataset) { return !dataset.body_hash.empty(); }
 std::uint64_t size_of(const fs::path& file) {
   constexpr std::uint64_t kUnit_bytes = 512;
   struct stat found {};
-  if (lstat(file.c_str(), &found) == 0 && S_ISDIR(found.st_mode)) {
+  if (lstat(file.c_str(), &found) != 0) return 0;
+  if (S_ISDIR(found.st_mode)) {
     std::uint64_t bytes = 0;
     std::error_code error;
     for (const auto& entry : fs::directory_iterator(file, error)) bytes += size_of(entry.path());
     return bytes;
   }
-  if (lstat(file.c_str(), &found) != 0 || !S_ISREG(found.st_mode)) return 0;
+  if (!S_ISREG(found.st_mode)) return 0;
   return std::min(static_cast<std::uint64_t>(found.st_size), static_cast<std::uint64_t>(found.st_blocks) * kUnit_bytes);
 }
 

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "program_fixture.h"
+#include "server/live/side_files.h"
 
 namespace cordillera::server {
 namespace {
@@ -62,6 +63,7 @@ TEST_F(LiveFolder, RastersComeChangeAndGo) {
   put("north.asc", 1);
   put("alps/south.asc", 2);
   std::ofstream(live_ / "notes.txt") << "no raster";
+  std::ofstream(live_ / "north.prj").flush();  // says nothing
   std::ofstream(live_ / ".hidden.asc") << "nor this";
   start();
   ASSERT_TRUE(becomes({"alps-south ready", "north ready"}));
@@ -183,6 +185,32 @@ TEST_F(LiveFolder, AnEmptyFolderDeletesNothing) {
   put("two.asc", 1);  // when it is there, the folder has been looked at again
   ASSERT_TRUE(becomes({"one ready", "two ready"}));
   EXPECT_EQ(curl(server_.base() + "/v1/datasets/one/sources")["version"], 1);
+}
+
+TEST(SideFiles, AreFoundByTheNameOfTheirRaster) {
+  SideFiles files;
+  for (const char* path : {"a/dem.tfw", "a/DEM.prj", "b/dem.prj", "a/dem.tif.aux.xml", "a/tile.01.prj", "a/tile.02.prj",
+                           "a/grid.asc.aux.xml", "a/grid.aux.xml", "a/dem.txt"})
+    files.add(path, {1, 1});
+  const auto of = [&](const std::string& raster) {
+    std::vector<std::string> paths;
+    for (const auto& side : files.of(raster)) paths.push_back(side.path);
+    return paths;
+  };
+  EXPECT_THAT(of("a/dem.tif"), testing::ElementsAre("a/DEM.prj", "a/dem.tfw")) << "no notes on a TIFF";
+  EXPECT_THAT(of("b/DEM.TIF"), testing::ElementsAre("b/dem.prj"));
+  EXPECT_THAT(of("a/tile.02.tif"), testing::ElementsAre("a/tile.02.prj"));
+  EXPECT_THAT(of("a/grid.asc"), testing::ElementsAre("a/grid.asc.aux.xml", "a/grid.aux.xml"));
+  EXPECT_THAT(of("a/other.asc"), testing::IsEmpty());
+  const auto print = [](std::int64_t of_raster, std::int64_t of_side) {
+    FilePrint both{100, of_raster};
+    both.add({10, of_side});
+    return both;
+  };
+  EXPECT_NE(print(5, 9), print(7, 9)) << "an older raster beside a newer side is another one";
+  EXPECT_NE(print(5, 9), print(9, 5));
+  EXPECT_EQ(print(-5'000'000'000'000'000'000, -4'900'000'000'000'000'000),
+            print(-5'000'000'000'000'000'000, -4'900'000'000'000'000'000));
 }
 
 TEST_F(LiveFolder, FoldersThatLieInEachOtherAreRefused) {

@@ -165,7 +165,6 @@ TEST_F(LazyProgram, BlocksAreMadeWhereSomebodyLooks) {
   start_server();
   const Json again = status(id)["progress"];
   EXPECT_GT(again["share"], 0.1) << "what is made is told: " << again;
-  EXPECT_EQ(again["stage"], "build");
   EXPECT_TRUE(is_there(id, finest(-kAway_deg)));
   EXPECT_FALSE(is_there(id, finest(kAway_deg)));
   EXPECT_THAT(get(id, "/elevation?points=10.27,46.27").dump(), HasSubstr("ellipsoidal_height"));
