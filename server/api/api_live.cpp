@@ -148,6 +148,33 @@ std::optional<Response> wait_until_read(Service& service, const Request& request
   return later ? std::move(*later) : not_made_yet(dataset);
 }
 
+namespace {
+
+/// How far the dataset of an address is.
+Response live_status(Service& service, const Request& request, const std::string& id) {
+  const Row now = service.registry().find(id);
+  if (!now) return problem_response(unknown_to(request, id));
+  Response response = status_document(service, request, *now);
+  response.set("Content-Location", public_path(request, id));
+  const bool unfinished = now->state == State::queued || now->state == State::running;
+  if (unfinished && !service.library().provisional(id)) response.status = 202;
+  return response;
+}
+
+/// A wait that ends in vain is answered with how far it is by then.
+Response with_status_at_the_end(Response waiting, const std::function<Response()>& status) {
+  const auto in_vain = [](const Response& answer) { return answer.problem == "tile-not-ready"; };
+  if (!waiting.later) return in_vain(waiting) ? status() : std::move(waiting);
+  waiting.later = [later = std::move(waiting.later), status, in_vain](Patience patience) {
+    auto answer = later(patience);
+    if (answer && in_vain(*answer)) answer = status();
+    return answer;
+  };
+  return waiting;
+}
+
+}  // namespace
+
 Live live_dataset(Service& service, const Request& request, const Route& route) {
   auto asked = read_live_query(service, request, route.path);
   if (!asked) return {{}, {}, problem_response(asked.problem())};
@@ -163,12 +190,9 @@ Live live_dataset(Service& service, const Request& request, const Route& route) 
   if (!route.path.empty()) return live;
   const bool comes = !request.waited && service.live().note_read(**dataset, sender(request));
   const Row now = service.registry().find((*dataset)->id);  // it may have been woken
+  const auto status = [&service, asked = live.request, id = (*dataset)->id] { return live_status(service, asked, id); };
   if (comes && now && request.headers.contains("prefer")) live.answer = wait_until_read(service, request, *now, live.route);
-  if (live.answer) return live;
-  live.answer = now ? status_document(service, live.request, *now) : problem_response(unknown_to(request, (*dataset)->id));
-  if (now) live.answer->set("Content-Location", public_path(request, now->id));
-  if (now && (now->state == State::queued || now->state == State::running) && !service.library().provisional(now->id))
-    live.answer->status = 202;
+  live.answer = live.answer ? with_status_at_the_end(std::move(*live.answer), status) : status();
   return live;
 }
 

@@ -111,6 +111,16 @@ TEST_F(LiveAddress, AnAddressIsADataset) {
   EXPECT_THAT(body("/metrics"), HasSubstr("cordillera_http_requests_total{route=\"live\""));
 }
 
+TEST_F(LiveAddress, AWaitInVainEndsWithTheStatus) {
+  host_.hangs("/dems/slow.asc");
+  start();
+  const std::string slow = query("/dems/slow.asc");
+  for (const std::string wait : {"0", "1"})
+    EXPECT_THAT(whole("/v1/live" + slow, "-H 'Prefer: wait=" + wait + "'"),
+                AllOf(HasSubstr("202 Accepted"), HasSubstr("\"state\"")));
+  EXPECT_EQ(slug("/v1/live/tiles/0/1/0.drc" + slow, "-H 'Prefer: wait=0'"), "tile-not-ready");
+}
+
 TEST_F(LiveAddress, OnlyWhatTheOperatorAllowsIsFetched) {
   start();
   EXPECT_EQ(slug("/v1/live"), "option-invalid");
