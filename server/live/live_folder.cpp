@@ -307,7 +307,6 @@ proto::Result<fs::path> LiveFolder::with_sides(const std::string& path, const Up
     if (stops()) return Problem{"service-stopping", "the service ends", "", ""};
     if (!whole || !copy.flush()) return Problem{"storage-full", one + " cannot be copied: " + std::strerror(errno), "", ""};
   }
-  std::rotate(files.rbegin(), files.rbegin() + 1, files.rend());  // its name is that of all
   auto packed = with_sides_packed(room.folder(), files);
   if (!packed) return packed.problem();
   return room.folder() / packed->front().file;

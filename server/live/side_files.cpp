@@ -34,9 +34,7 @@ void FilePrint::add(const FilePrint& side) {
 
 void SideFiles::add(const std::string& path, const FilePrint& print) {
   const std::string name = name_of(path);
-  const bool is_pam = raster::is_pam(name);
-  if (!is_pam && !raster::is_side_extension(raster::extension_of(name))) return;
-  by_stem_[key(path, is_pam ? stem_of(stem_of(name)) : stem_of(name))].push_back({path, print});
+  by_stem_[key(path, raster::is_pam(name) ? stem_of(stem_of(name)) : stem_of(name))].push_back({path, print});
 }
 
 std::vector<SideFiles::Side> SideFiles::of(const std::string& raster) const {

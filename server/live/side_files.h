@@ -19,7 +19,7 @@ struct FilePrint {
 /// Paths are below one folder, with slashes.
 class SideFiles {
  public:
-  /// Takes a file that may be one: by its name, and no ER Mapper heights.
+  /// A file that may be one; whose, is asked for each raster.
   void add(const std::string& path, const FilePrint& print);
   struct Side {
     std::string path;

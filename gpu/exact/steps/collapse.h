@@ -46,7 +46,10 @@ struct AloneLane {
   CORDILLERA_HD bool any(bool value) const { return value; }
 };
 
-CORDILLERA_HD inline void make_ready(const WindowView& w, int u) {
+/// u may go to that place of its ring, at that cost.
+CORDILLERA_HD inline void make_ready(const WindowView& w, int u, int slot, float cost) {
+  w.key(u) = float_bits(cost) >> kCostShift << kCostShift | (hash32(w.position(u) * 0x9e3779b1u) & ((1u << kCostShift) - 1));
+  w.target(u) = static_cast<std::uint8_t>(slot);
   w.state(u) = kReady;
   w.rival(u) = u;
 }
@@ -87,10 +90,7 @@ class Evaluation {
       last = best, last_slot = slot;
       if (!is_legal(slot)) continue;
       if (lanes_.index() != 0) return;
-      w_.key(u_) =
-          float_bits(best) >> kCostShift << kCostShift | (hash32(w_.position(u_) * 0x9e3779b1u) & ((1u << kCostShift) - 1));
-      w_.target(u_) = static_cast<std::uint8_t>(slot);
-      make_ready(w_, u_);
+      make_ready(w_, u_, slot, best);
       return;
     }
   }

@@ -193,9 +193,7 @@ CORDILLERA_WIDE void evaluate_whole_ring(const WindowView& w, int u) {
     if (!is_legal(ring, slot, valence, triangles, w.rules.least_width, curve, surface)) continue;
     const bool all_valid = !u_void && !ring.has_void;
     if (all_valid && magnitude(w.height(u) + surface - w.truth(u)) > w.rules.tolerance) continue;
-    w.key(u) = float_bits(best) >> kCostShift << kCostShift | (hash32(w.position(u) * 0x9e3779b1u) & ((1u << kCostShift) - 1));
-    w.target(u) = static_cast<std::uint8_t>(slot);
-    make_ready(w, u);
+    make_ready(w, u, slot, best);
     return;
   }
 }
