@@ -1,10 +1,13 @@
 #include "pipeline/build/provisional.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <vector>
 
 #include "pipeline/plan/plan.h"
 #include "pipeline/plan/plan_options.h"
+#include "pipeline/threads/workers.h"
 #include "raster/pixels/decimation.h"
 #include "raster/sample/back_projection.h"
 
@@ -55,17 +58,24 @@ proto::Result<bool> thin_out(BuildRequest& request, raster::Source& source, int 
     request.decimation = std::move(*pixels);
     return request.decimation != nullptr;
   }
-  for (raster::MosaicMember& member : request.members) {
+  // Each of them; what takes the time is to open it.
+  std::vector<std::optional<proto::Problem>> problems(request.members.size());
+  std::atomic<bool> none{false};
+  Workers(request.options.threads()).each(request.members.size(), [&](std::size_t k, unsigned) {
+    if (none) return;
+    raster::MosaicMember& member = request.members[k];
     auto own = raster::open_source(member.path, member.name, member.trust, member.options);
-    if (!own.ok()) return own.problem();
-    const auto wanted = pixels_at(**own, member.options, level);
-    if (!wanted) return false;
-    auto pixels = (*own)->decimate(std::max(*wanted, kFewestPixels));
-    if (!pixels.ok()) return pixels.problem();
-    member.decimation = std::move(*pixels);
-    if (member.decimation == nullptr) return false;
-  }
-  return true;
+    const auto wanted = own.ok() ? pixels_at(**own, member.options, level) : std::nullopt;
+    auto pixels = wanted ? (*own)->decimate(std::max(*wanted, kFewestPixels))
+                         : proto::Result<std::shared_ptr<const raster::Decimation>>(nullptr);
+    if (!own.ok()) problems[k] = own.problem();
+    if (!pixels.ok()) problems[k] = pixels.problem();
+    if (pixels.ok()) member.decimation = std::move(*pixels);
+    if (member.decimation == nullptr) none = true;
+  });
+  for (const auto& problem : problems)
+    if (problem) return *problem;
+  return !none;
 }
 
 }  // namespace

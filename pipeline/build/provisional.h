@@ -25,7 +25,7 @@ proto::Result<std::optional<int>> provisional_level(const BuildRequest& request,
 proto::Result<std::int64_t> samples_of_block_level(const BuildRequest& request, raster::Source& source);
 
 /// Rasters that are opened for a first picture.
-inline constexpr std::size_t kMostLookedAt = 64;
+inline constexpr std::size_t kMostLookedAt = 2000;
 
 /// Whether what it builds is provisional.
 bool is_provisional(const BuildRequest& request);

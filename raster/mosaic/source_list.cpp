@@ -96,7 +96,7 @@ Listed in_text(const std::string& list, const std::string& text) {
     ++number;
     const std::vector<std::string> words = words_of(line);
     if (words.empty()) continue;
-    ListedSource source{resolved(words.front(), list), {}};
+    ListedSource source{words.front(), {}};
     for (std::size_t k = 1; k < words.size(); ++k) {
       const std::size_t equals = words[k].find('=');
       if (equals == std::string::npos)
@@ -132,14 +132,13 @@ Listed in_stac(const std::string& list, const std::vector<CPLJSONObject>& items)
     const std::string href = asset_of(item);
     if (href.empty())
       return invalid(list, "item \"" + item.GetString("id") + "\" has no asset with the role \"data\" and no GeoTIFF");
-    sources.push_back({resolved(href, list), {}});
+    sources.push_back({href, {}});
   }
   if (sources.empty()) return invalid(list, "has no items");
   return sources;
 }
 
 Listed in_json(const std::string& list, const std::string& text) {
-  const GdalScope scope(Trust::operator_file);
   CPLJSONDocument document;
   if (!document.LoadMemory(text)) return invalid(list, "is not JSON");
   const CPLJSONObject root = document.GetRoot();
@@ -154,7 +153,7 @@ Listed in_json(const std::string& list, const std::string& text) {
   if (!members.IsValid()) return invalid(list, "has neither \"sources\" nor STAC items");
   Sources sources;
   for (int k = 0; k < members.Size(); ++k) {
-    ListedSource source{resolved(members[k].GetString("path"), list), {}};
+    ListedSource source{members[k].GetString("path"), {}};
     if (source.path.empty()) return invalid(list, "source " + std::to_string(k) + " has no path");
     for (const CPLJSONObject& value : members[k].GetChildren()) {
       if (value.GetName() != "path") source.options.emplace_back(value.GetName(), value.ToString());
@@ -168,7 +167,6 @@ Listed in_json(const std::string& list, const std::string& text) {
 /// A GeoPackage may hold both: rasters go before outlines of rasters. One with neither is damaged: it is told so as the raster
 /// that it was.
 bool lists_rasters(const std::string& geopackage) {
-  const GdalScope scope(Trust::operator_file);
   const auto opened = [&](unsigned kind) {
     const char* const only[] = {"GPKG", nullptr};
     return GDALDatasetUniquePtr(GDALDataset::Open(geopackage.c_str(), kind | GDAL_OF_READONLY, only, nullptr, nullptr));
@@ -178,16 +176,18 @@ bool lists_rasters(const std::string& geopackage) {
   return index && index->GetLayerCount() > 0;
 }
 
-Listed in_index(const std::string& list) {
-  const GdalScope scope(Trust::operator_file);
-  const GDALDatasetUniquePtr index(GDALDataset::Open(list.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY, nullptr, nullptr, nullptr));
+/// list: what it is called.
+Listed in_index(const std::string& path, const std::string& list, const GdalScope& scope) {
+  static constexpr const char* kDrivers[] = {"GeoJSON", "GPKG", "ESRI Shapefile", nullptr};
+  const GDALDatasetUniquePtr index(
+      GDALDataset::Open(path.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY, kDrivers, nullptr, nullptr));
   if (!index || index->GetLayerCount() == 0)
-    return invalid(list, "cannot be opened as a tile index: " + scope.message(list, list));
+    return invalid(list, "cannot be opened as a tile index: " + scope.message(path, list));
   OGRLayer* const layer = index->GetLayer(0);
   const int field = layer->GetLayerDefn()->GetFieldIndex("location");
   if (field < 0) return invalid(list, "has no field \"location\", which a tile index has");
   Sources sources;
-  for (const auto& feature : *layer) sources.push_back({resolved(feature->GetFieldAsString(field), list), {}});
+  for (const auto& feature : *layer) sources.push_back({feature->GetFieldAsString(field), {}});
   if (sources.empty()) return invalid(list, "names no raster");
   return sources;
 }
@@ -208,24 +208,63 @@ bool holds_points(const std::string& text) {
   return begins_with_numbers(first) || begins_with_numbers(second);
 }
 
+constexpr std::array kTexts{".txt", ".lst"}, kIndices{".gpkg", ".shp"};
+
+/// A file of this machine, or elsewhere, that is a list by its name; json: by its bytes, whatever its name. None: it is a raster.
+struct ListFile {
+  std::string path, name;
+  bool json = false;
+};
+
+Listed in_file(const ListFile& list, const GdalScope& scope) {
+  const std::string extension = extension_of(list.name);
+  const bool geojson = extension == ".geojson" && !list.json, text = is_one_of(extension, kTexts) && !list.json;
+  if (is_one_of(extension, kIndices) && !list.json) {
+    if (extension == ".gpkg" && !lists_rasters(list.path)) return Sources();
+    return in_index(list.path, list.name, scope);
+  }
+  if (!text && !geojson && !list.json && extension != ".json") return Sources();
+  const auto bytes = read_whole(list.path);
+  if (!bytes.ok()) return bytes.problem();
+  if (!*bytes) return invalid(list.name, "does not exist");
+  // STAC items and tile indices are both GeoJSON.
+  const bool index = geojson || (list.json && (*bytes)->find("\"FeatureCollection\"") != std::string::npos);
+  if (index && (*bytes)->find("\"assets\"") == std::string::npos) return in_index(list.path, list.name, scope);
+  if (text && holds_points(**bytes)) return Sources();
+  return text ? in_text(list.name, **bytes) : in_json(list.name, **bytes);
+}
+
 }  // namespace
 
 Listed list_sources(const std::string& word) {
   std::error_code error;
   if (!is_remote(word) && fs::is_directory(word, error)) return in_folder(word);
-  const std::string extension = extension_of(word);
-  constexpr std::array kTexts{".txt", ".lst"}, kIndices{".gpkg", ".shp"};
-  const bool geojson = extension == ".geojson", text = is_one_of(extension, kTexts), json = extension == ".json" || geojson;
-  const bool index = is_one_of(extension, kIndices) && (extension != ".gpkg" || lists_rasters(word));
-  if (index) return in_index(word);
-  if (!text && !json) return Sources{{resolved(word, ""), {}}};
-  const auto bytes = read_whole(word);
-  if (!bytes.ok()) return bytes.problem();
-  if (!*bytes) return invalid(word, "does not exist");
-  // STAC items and tile indices are both GeoJSON.
-  if (geojson && (*bytes)->find("\"assets\"") == std::string::npos) return in_index(word);
-  if (text && holds_points(**bytes)) return Sources{{resolved(word, ""), {}}};
-  return text ? in_text(word, **bytes) : in_json(word, **bytes);
+  const GdalScope scope(Trust::operator_file);
+  auto listed = in_file({word, word}, scope);
+  if (!listed) return listed;
+  if (listed->empty()) return Sources{{resolved(word, ""), {}}};
+  for (ListedSource& source : *listed) source.path = resolved(source.path, word);
+  return listed;
+}
+
+ListKind list_kind(std::string_view head, const std::string& name) {
+  constexpr std::string_view kMark = "\xef\xbb\xbf";  // editors write it before a text
+  if (head.starts_with(kMark)) head.remove_prefix(kMark.size());
+  head.remove_prefix(std::min(head.find_first_not_of(" \t\r\n"), head.size()));
+  if (head.starts_with('{')) return ListKind::list;
+  if (head.starts_with("<?xml")) {
+    head.remove_prefix(std::min(head.find("?>") + 2, head.size()));
+    head.remove_prefix(std::min(head.find_first_not_of(" \t\r\n"), head.size()));
+  }
+  if (head.starts_with("<VRTDataset")) return ListKind::vrt;
+  const std::string extension = extension_of(name);
+  return is_one_of(extension, kTexts) || extension == ".gpkg" ? ListKind::list : ListKind::none;
+}
+
+Listed written_in(const std::string& path, const std::string& name) {
+  const GdalScope scope(Trust::posted_file);
+  const std::string extension = extension_of(name);
+  return in_file({path, name, !is_one_of(extension, kTexts) && extension != ".gpkg"}, scope);
 }
 
 }  // namespace cordillera::raster

@@ -1,6 +1,8 @@
 #pragma once
 // Many rasters named at once: what a user may write where one raster could stand.
+#include <cstdint>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -27,5 +29,15 @@ struct ListedSource {
 /// Paths in a list count from the list's folder; s3://, gs://, az:// and https:// become GDAL's /vsis3/, /vsigs/, /vsiaz/ and
 /// /vsicurl/. Problems: "sources-invalid", naming the list and the line or member.
 proto::Result<std::vector<ListedSource>> list_sources(const std::string& word);
+
+/// What stands at an address in place of a raster: one of these lists, or a VRT, which is a raster and names others.
+enum class ListKind : std::uint8_t { none, list, vrt };
+/// By its name and its first bytes, a hundred or more. A list may still be a raster: points as text, elevation tiles of a
+/// GeoPackage.
+ListKind list_kind(std::string_view head, const std::string& name);
+
+/// The rasters of a list that a stranger wrote, with paths as they stand in it: they count from where the list was. None: it is a
+/// raster. name: what its user called it. Problems: "sources-invalid".
+proto::Result<std::vector<ListedSource>> written_in(const std::string& path, const std::string& name);
 
 }  // namespace cordillera::raster

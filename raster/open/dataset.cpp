@@ -35,12 +35,13 @@ struct OwnFiles {
 };
 
 GDALDatasetUniquePtr open_handle(const AtHand& raster, const std::string& path, Trust trust) {
-  static constexpr const char* kHgt[] = {"SRTMHGT", nullptr};
+  static constexpr const char *kHgt[] = {"SRTMHGT", nullptr}, *kVrt[] = {"VRT", nullptr};
   const std::vector<const char*> allowed = allowed_drivers(raster.file, trust, raster.folder != nullptr);
+  // One that a stranger wrote names no other files.
+  const char* const* drivers = is_vrt_of_ranged_files(raster.path) ? kVrt : is_hgt(raster.file) ? kHgt : allowed.data();
   std::optional<OwnFiles> own;
   if (raster.folder) own.emplace();
-  GDALDatasetUniquePtr handle(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY,
-                                                is_hgt(raster.file) ? kHgt : allowed.data(), nullptr, nullptr));
+  GDALDatasetUniquePtr handle(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, drivers, nullptr, nullptr));
   std::array<double, 6> place{};
   if (own && handle)
     handle->GetGeoTransform(place.data());  // a TIFF looks for its world file when it is first asked, and no longer then

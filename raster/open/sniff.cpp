@@ -4,6 +4,7 @@
 
 #include "raster/gdal/formats.h"
 #include "raster/open/dataset.h"
+#include "raster/storage/ranged_file.h"
 
 namespace cordillera::raster {
 namespace {
@@ -90,7 +91,7 @@ proto::Result<void> sniff(const std::string& path, const std::string& name, Trus
                           "the raster that it holds, as it is or in a .zip or .gz", ""};
   if (!kind.what.empty())
     return proto::Problem{"raster-format-unsupported", name + " " + kind.what, accepted_formats(kind.picture ? name : ""), ""};
-  if (trust == Trust::posted_file && head.find("<VRTDataset") != std::string::npos)
+  if (trust == Trust::posted_file && !is_vrt_of_ranged_files(path) && head.find("<VRTDataset") != std::string::npos)
     return proto::Problem{"raster-format-unsupported", name + " is a VRT, which can point at other files of this machine",
                           accepted_formats(name), ""};
   return {};

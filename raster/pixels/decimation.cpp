@@ -1,5 +1,7 @@
 #include "raster/pixels/decimation.h"
 
+#include <cpl_string.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -38,10 +40,20 @@ Image overview(const Dataset& dataset, int k) {
 /// next larger image is four times as much to read.
 constexpr double kEnough = 0.75;
 
+/// What a VRT calls its overviews may be made of its rasters' pixels, all of them.
+bool has_overviews(const Dataset& dataset) {
+  if (dataset.driver != "VRT") return true;
+  const CPLStringList files(dataset.handle->GetFileList());  // its own first
+  if (files.size() < 2) return true;
+  const GDALDatasetUniquePtr one(GDALDataset::Open(files[1], GDAL_OF_RASTER | GDAL_OF_READONLY, nullptr, nullptr, nullptr));
+  return one && one->GetRasterCount() > 0 && one->GetRasterBand(1)->GetOverviewCount() > 0;
+}
+
 /// The smallest image that has about as many pixels as are wanted.
 Image image_for(const Dataset& dataset, std::int64_t samples) {
   const auto wanted = static_cast<std::int64_t>(kEnough * static_cast<double>(samples));
   Image best{dataset.band, dataset.mask};
+  if (dataset.band->GetOverviewCount() == 0 || !has_overviews(dataset)) return best;
   for (int k = 0; k < dataset.band->GetOverviewCount(); ++k) {
     const Image image = overview(dataset, k);
     if (image.band != nullptr && pixels_of(*image.band) >= wanted && pixels_of(*image.band) < pixels_of(*best.band)) best = image;

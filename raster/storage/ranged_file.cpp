@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <vector>
@@ -19,25 +20,33 @@ namespace {
 
 constexpr const char* kRangedPrefix = "/vsicordillera/";
 
-struct OpenRanged {
+struct OneRanged {
   RangedFile file;
-  int descriptor = -1;
+  std::size_t number = 0;
   std::uint64_t size = 0;
-  std::mutex mutex;
+  std::string name;        ///< for GDAL
   std::vector<bool> here;  ///< blocks that were asked for
 };
 
+struct AllRanged {
+  std::vector<std::unique_ptr<OneRanged>> files;
+  std::map<std::string, OneRanged*> by_name, by_path;  ///< GDAL calls back without the prefix
+  std::string vrt;
+  AskRanges ask;
+  std::mutex mutex;  ///< of asks, and of here
+};
+
 /// Null: every file is here.
-std::unique_ptr<OpenRanged> g_ranged;
+std::unique_ptr<AllRanged> g_ranged;
 
 /// Has the blocks of these ranges come, as many at once as may be asked for.
-void have_come(std::span<const ByteRange> ranges) {
-  OpenRanged& file = *g_ranged;
-  const std::lock_guard lock(file.mutex);
+void have_come(OneRanged& file, std::span<const ByteRange> ranges) {
+  if (file.file.whole) return;
+  const std::lock_guard lock(g_ranged->mutex);
   std::vector<ByteRange> asked;
   std::uint64_t bytes = 0;
   const auto ask = [&] {
-    if (!asked.empty()) file.file.ask(asked);
+    if (!asked.empty()) g_ranged->ask(file.number, asked);
     for (const ByteRange& range : asked) {
       for (std::uint64_t at = range.first; at < range.first + range.count; at += kRangeBlock_bytes)
         file.here[at / kRangeBlock_bytes] = true;
@@ -65,82 +74,104 @@ void have_come(std::span<const ByteRange> ranges) {
   ask();
 }
 
-/// Within the file.
-bool read_there(void* out, std::uint64_t first, std::size_t count) {
-  return read_all_at(g_ranged->descriptor, {static_cast<char*>(out), count}, first);
-}
-
-/// A place in the file, for one who opened it.
+/// A place in a file, for one who opened it.
 struct RangedCursor {
+  OneRanged& file;
+  int descriptor = -1;
   std::uint64_t at = 0;
   bool at_end = false;
 };
 
+/// Within the file.
+bool read_there(const RangedCursor& cursor, void* out, std::uint64_t first, std::size_t count) {
+  return read_all_at(cursor.descriptor, {static_cast<char*>(out), count}, first);
+}
+
+OneRanged* ranged_by_name(const char* name) {
+  const auto found = g_ranged->by_name.find(name);
+  return found == g_ranged->by_name.end() ? nullptr : found->second;
+}
+
 int stat_ranged(void*, const char* name, VSIStatBufL* found, int) {
-  if (name != g_ranged->file.name) return -1;
+  const OneRanged* const file = ranged_by_name(name);
+  if (file == nullptr) return -1;
   std::memset(found, 0, sizeof *found);
-  found->st_size = static_cast<decltype(found->st_size)>(g_ranged->size);
+  found->st_size = static_cast<decltype(found->st_size)>(file->size);
   found->st_mode = S_IFREG | S_IRUSR;
   return 0;
 }
 
 void* open_ranged(void*, const char* name, const char* access) {
-  return name != g_ranged->file.name || std::strpbrk(access, "wa+") != nullptr ? nullptr : new RangedCursor;
+  OneRanged* const file = ranged_by_name(name);
+  if (file == nullptr || std::strpbrk(access, "wa+") != nullptr) return nullptr;
+  const int descriptor = open(file->file.path.c_str(), O_RDONLY | O_CLOEXEC);
+  return descriptor < 0 ? nullptr : new RangedCursor{*file, descriptor};
 }
 
 vsi_l_offset tell_ranged(void* file) { return static_cast<RangedCursor*>(file)->at; }
 
 int seek_ranged(void* file, vsi_l_offset offset, int whence) {
   RangedCursor& cursor = *static_cast<RangedCursor*>(file);
-  cursor.at = offset + (whence == SEEK_CUR ? cursor.at : whence == SEEK_END ? g_ranged->size : 0);
+  cursor.at = offset + (whence == SEEK_CUR ? cursor.at : whence == SEEK_END ? cursor.file.size : 0);
   cursor.at_end = false;
   return 0;
 }
 
 std::size_t read_ranged(void* file, void* out, std::size_t size, std::size_t count) {
   RangedCursor& cursor = *static_cast<RangedCursor*>(file);
-  const std::uint64_t left = g_ranged->size - std::min(cursor.at, g_ranged->size);
+  const std::uint64_t left = cursor.file.size - std::min(cursor.at, cursor.file.size);
   const std::size_t whole = size == 0 ? 0 : static_cast<std::size_t>(std::min<std::uint64_t>(count, left / size));
   cursor.at_end = whole < count;
   const ByteRange range{cursor.at, whole * size};
   if (range.count == 0) return 0;
-  have_come({&range, 1});
-  if (!read_there(out, range.first, range.count)) return 0;
+  have_come(cursor.file, {&range, 1});
+  if (!read_there(cursor, out, range.first, range.count)) return 0;
   cursor.at += range.count;
   return whole;
 }
 
-int read_ranges(void*, int count, void** outs, const vsi_l_offset* offsets, const std::size_t* sizes) {
+int read_ranges(void* file, int count, void** outs, const vsi_l_offset* offsets, const std::size_t* sizes) {
+  const RangedCursor& cursor = *static_cast<RangedCursor*>(file);
   std::vector<ByteRange> ranges;
   for (int k = 0; k < count; ++k) {
-    if (offsets[k] > g_ranged->size || sizes[k] > g_ranged->size - offsets[k]) return -1;
+    if (offsets[k] > cursor.file.size || sizes[k] > cursor.file.size - offsets[k]) return -1;
     if (sizes[k] > 0) ranges.push_back({offsets[k], sizes[k]});
   }
   std::sort(ranges.begin(), ranges.end(), [](const ByteRange& a, const ByteRange& b) { return a.first < b.first; });
-  have_come(ranges);
+  have_come(cursor.file, ranges);
   for (int k = 0; k < count; ++k)
-    if (!read_there(outs[k], offsets[k], sizes[k])) return -1;
+    if (!read_there(cursor, outs[k], offsets[k], sizes[k])) return -1;
   return 0;
 }
 
 int ranged_at_end(void* file) { return static_cast<RangedCursor*>(file)->at_end ? 1 : 0; }
 
 int close_ranged(void* file) {
-  delete static_cast<RangedCursor*>(file);
+  const std::unique_ptr<RangedCursor> cursor(static_cast<RangedCursor*>(file));
+  close(cursor->descriptor);
   return 0;
 }
 
 }  // namespace
 
-bool read_by_ranges(RangedFile ranged) {
-  auto file = std::make_unique<OpenRanged>();
-  file->file = std::move(ranged);
-  file->descriptor = open(file->file.path.c_str(), O_RDONLY | O_CLOEXEC);
-  struct stat found {};
-  if (file->descriptor < 0 || fstat(file->descriptor, &found) != 0) return false;
-  file->size = static_cast<std::uint64_t>(found.st_size);
-  file->here.resize(file->size / kRangeBlock_bytes + 1);
-  g_ranged = std::move(file);
+bool read_by_ranges(RangedFiles files) {
+  auto all = std::make_unique<AllRanged>();
+  all->vrt = std::move(files.vrt);
+  all->ask = std::move(files.ask);
+  for (RangedFile& one : files.files) {
+    struct stat found {};
+    if (stat(one.path.c_str(), &found) != 0 || !S_ISREG(found.st_mode)) return false;
+    auto file = std::make_unique<OneRanged>();
+    file->file = std::move(one);
+    file->number = all->files.size();
+    file->size = static_cast<std::uint64_t>(found.st_size);
+    file->name = name_for_gdal(file->number, file->file.name);
+    file->here.resize(file->size / kRangeBlock_bytes + 1);
+    all->by_name[file->name.substr(std::strlen(kRangedPrefix))] = file.get();
+    if (!file->file.whole) all->by_path[file->file.path] = file.get();
+    all->files.push_back(std::move(file));
+  }
+  g_ranged = std::move(all);
   VSIFilesystemPluginCallbacksStruct* const calls = VSIAllocFilesystemPluginCallbacksStruct();
   calls->stat = stat_ranged;
   calls->open = open_ranged;
@@ -156,9 +187,15 @@ bool read_by_ranges(RangedFile ranged) {
 }
 
 const RangedFile* ranged_file(const std::string& path) {
-  return g_ranged && g_ranged->file.path == path ? &g_ranged->file : nullptr;
+  if (!g_ranged) return nullptr;
+  const auto found = g_ranged->by_path.find(path);
+  return found == g_ranged->by_path.end() ? nullptr : &found->second->file;
 }
 
-std::string name_for_gdal(const RangedFile& file) { return kRangedPrefix + file.name; }
+bool is_vrt_of_ranged_files(const std::string& path) { return g_ranged && !path.empty() && g_ranged->vrt == path; }
+
+std::string name_for_gdal(std::size_t file, const std::string& name) { return kRangedPrefix + std::to_string(file) + "/" + name; }
+
+std::string name_for_gdal(const RangedFile& file) { return g_ranged->by_path.at(file.path)->name; }
 
 }  // namespace cordillera::raster

@@ -65,11 +65,12 @@ class Copy {
   const BackedUp& done() const { return done_; }
 
  private:
-  /// A raster that has an address is fetched again where it is not there, or there in parts.
+  /// A raster that has an address is fetched again where it is not there, or there in parts, or a list of some.
   bool comes_again(const Dataset& dataset) const {
     const fs::path raster = from_.dataset(dataset.id) / dataset.raster;
     std::error_code gone;
-    return !dataset.address.empty() && (!fs::exists(raster, gone) || fs::exists(map_of(raster), gone));
+    const bool in_parts = fs::exists(map_of(raster), gone) || fs::exists(raster.parent_path() / kRasters, gone);
+    return !dataset.address.empty() && (in_parts || !fs::exists(raster, gone));
   }
   /// What another server needs to go on with the dataset. Of one whose rasters can be changed those too, and the changes that are
   /// pending; first the changes, for what is done of them meanwhile is found to be done.

@@ -85,6 +85,11 @@ void insert(std::vector<proto::DatasetSource>& sources, std::size_t position, co
 
 }  // namespace
 
+bool has_target(const fs::path& folder) {
+  std::error_code error;
+  return fs::exists(folder / kTargetFile, error);
+}
+
 bool is_changeable(const fs::path& folder) {
   std::error_code error;
   return fs::exists(folder / kChangesFile, error) || fs::exists(folder / kSources, error);

@@ -33,6 +33,8 @@ inline constexpr const char* kVersions = "versions";
 
 /// Whether rasters of the dataset in the folder can be changed.
 bool is_changeable(const std::filesystem::path& folder);
+/// Whether a version of it is to be built: a job in the folder builds that.
+bool has_target(const std::filesystem::path& folder);
 std::filesystem::path kept_store(const std::filesystem::path& folder, std::uint32_t number);
 /// Numbers of the earlier versions that are kept, greatest first.
 std::vector<std::uint32_t> kept_numbers(const std::filesystem::path& folder);

@@ -276,10 +276,11 @@ Fetch fetcher(const ServeSettings& settings, limits::Space& space, std::chrono::
       return fetch_into({settings, grace}, space, {address, file, wanted}, stop);
     };
   };
-  const auto rest = [settings, &space](RangedSource::Place place) {
-    return RangedSource::open(settings, space, std::move(place));
+  const auto rest = [settings, &space](RangedSource::Place place, HttpTalk& talk) {
+    return RangedSource::open(settings, space, talk, std::move(place));
   };
-  return {into(WantedRaster::whole), into(WantedRaster::beginning), rest};
+  const auto allowed = [settings](const std::string& address) { return check_address(settings, address); };
+  return {into(WantedRaster::whole), into(WantedRaster::beginning), rest, allowed};
 }
 
 Ask asker(const ServeSettings& settings) {

@@ -10,7 +10,7 @@
 
 #include "proto/result.h"
 #include "server/fetch/print.h"
-#include "server/fetch/ranged_source.h"
+#include "server/fetch/ranged_sources.h"
 #include "server/limits/space.h"
 #include "server/options/options.h"
 
@@ -23,7 +23,8 @@ struct Fetch {
                                                   const std::atomic<bool>& stop)>;
   Into whole;      ///< puts what stands at the address into a file, whole or not at all
   Into beginning;  ///< the same; of a TIFF whose host sends parts the beginning alone, with a map beside it (Print::ranged)
-  std::function<proto::Result<std::unique_ptr<RangedSource>>(RangedSource::Place)> rest;  ///< of such a one, as it is asked for
+  RangedSources::Open rest;                                                ///< of such a one, as it is asked for
+  std::function<proto::Result<void>(const std::string& address)> allowed;  ///< check_address
 };
 /// grace: how long a host may be waited for before its bytes have to come as fast as a client's (min-rate).
 Fetch fetcher(const ServeSettings& settings, limits::Space& space, std::chrono::milliseconds grace = std::chrono::seconds(10));

@@ -13,12 +13,13 @@
 #include <vector>
 
 #include "raster/disk/write_all.h"
-#include "server/fetch/ranged_source.h"
+#include "server/fetch/ranged_sources.h"
 
 namespace cordillera::server::updates {
 namespace {
 
-// An ask: how many ranges, then each with its first byte and its count. An answer: one byte, when all of them are there.
+// An ask: the number of the file, how many ranges, then each with its first byte and its count. An answer: one byte, when all of
+// them are there.
 using Number = std::uint64_t;
 constexpr char kThere = 'y';
 constexpr int kLookEvery_ms = 200;  // at whether it is to end, and whether something is to be noted
@@ -30,9 +31,9 @@ class Asks {
       : descriptor_(descriptor), ended_(std::move(ended)), idle_(std::move(idle)) {}
 
   /// False: there are no more.
-  bool next(std::vector<raster::ByteRange>& ranges) {
+  bool next(Number& file, std::vector<raster::ByteRange>& ranges) {
     Number count = 0;
-    if (!take(&count, sizeof count) || count == 0 || count > raster::kMostRanges) return false;
+    if (!take(&file, sizeof file) || !take(&count, sizeof count) || count == 0 || count > raster::kMostRanges) return false;
     ranges.resize(count);
     for (raster::ByteRange& range : ranges)
       if (!take(&range.first, sizeof range.first) || !take(&range.count, sizeof range.count)) return false;
@@ -68,8 +69,8 @@ bool may_ask() {
   return fstat(kAskDescriptor, &found) == 0 && S_ISSOCK(found.st_mode);
 }
 
-void ask_for(std::span<const raster::ByteRange> ranges) {
-  std::vector<Number> words{ranges.size()};
+void ask_for(std::size_t file, std::span<const raster::ByteRange> ranges) {
+  std::vector<Number> words{file, ranges.size()};
   for (const raster::ByteRange& range : ranges) words.insert(words.end(), {range.first, range.count});
   char answer = 0;
   const bool came =
@@ -85,31 +86,32 @@ int RangeAnswers::open() {
   return ends[1];
 }
 
-void RangeAnswers::begin(RangedSource& source, const std::atomic<bool>& stop) {
+void RangeAnswers::begin(RangedSources& sources, const std::atomic<bool>& stop) {
   // Made before, for there may be no memory to make it.
   proto::Problem busy{"service-busy", "the raster cannot be fetched: the service has no memory left", "trying again later", ""};
-  thread_ = std::thread([this, &source, &stop, busy = std::move(busy)]() mutable {
+  thread_ = std::thread([this, &sources, &stop, busy = std::move(busy)]() mutable {
     try {
-      answer(source, stop);
+      answer(sources, stop);
     } catch (const std::exception&) { problem_ = std::move(busy); }
     shutdown(descriptor_, SHUT_RDWR);  // who waits for an answer gets none
   });
 }
 
-void RangeAnswers::answer(RangedSource& source, const std::atomic<bool>& stop) {
+void RangeAnswers::answer(RangedSources& sources, const std::atomic<bool>& stop) {
   const auto ended = [&] { return ending_ || stop; };
-  Asks asks(descriptor_, ended, [&] { source.note(); });
+  Asks asks(descriptor_, ended, [&] { sources.note(); });
+  Number file = 0;
   std::vector<raster::ByteRange> ranges;
   auto noted = std::chrono::steady_clock::now();
-  while (asks.next(ranges)) {
-    const auto there = source.have(ranges, ended);
+  while (asks.next(file, ranges)) {
+    const auto there = sources.have(file, ranges, ended);
     if (!there) {
       if (!ended()) problem_ = there.problem();
       return;
     }
     if (send(descriptor_, &kThere, 1, MSG_NOSIGNAL | MSG_DONTWAIT) != 1) return;
     if (std::chrono::steady_clock::now() - noted < std::chrono::seconds(1)) continue;
-    source.note();
+    sources.note();
     noted = std::chrono::steady_clock::now();
   }
 }

@@ -1,5 +1,5 @@
 #pragma once
-// A job whose raster comes as it is read asks its service for pieces of it, over a descriptor that it inherits: it has no
+// A job whose rasters come as they are read asks its service for pieces of it, over a descriptor that it inherits: it has no
 // network, and its service knows no formats.
 #include <atomic>
 #include <optional>
@@ -12,16 +12,16 @@
 
 namespace cordillera::server::updates {
 
-class RangedSource;
+class RangedSources;
 
-/// The descriptor on which a job asks. Nothing is there where its raster is.
+/// The descriptor on which a job asks. Nothing is there where its rasters are.
 inline constexpr int kAskDescriptor = 4;
 
 /// The job's side. Whether it may ask.
 bool may_ask();
-/// Returns when the pieces are in the raster's file. Where they do not come the process ends at once: what was read without them
-/// would be wrong, and GDAL does without much of what it cannot read. The service knows why.
-void ask_for(std::span<const raster::ByteRange> ranges);
+/// Returns when the pieces are in the file of that number. Where they do not come the process ends at once: what was read without
+/// them would be wrong, and GDAL does without much of what it cannot read. The service knows why.
+void ask_for(std::size_t file, std::span<const raster::ByteRange> ranges);
 
 /// The service's side: a thread that answers while it lives. What a job asks for is looked at: it may have been taken over.
 class RangeAnswers {
@@ -33,14 +33,14 @@ class RangeAnswers {
 
   /// The descriptor that the job is to inherit; -1: the system had none. Its owner closes it.
   int open();
-  /// source: outlives this object. stop: as of the job.
-  void begin(RangedSource& source, const std::atomic<bool>& stop);
+  /// sources: outlive this object. stop: as of the job.
+  void begin(RangedSources& sources, const std::atomic<bool>& stop);
   void end();
   /// After the end: why a piece did not come.
   const std::optional<proto::Problem>& problem() const { return problem_; }
 
  private:
-  void answer(RangedSource& source, const std::atomic<bool>& stop);
+  void answer(RangedSources& sources, const std::atomic<bool>& stop);
   int descriptor_ = -1;
   std::atomic<bool> ending_{false};
   std::optional<proto::Problem> problem_;

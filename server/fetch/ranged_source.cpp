@@ -98,8 +98,8 @@ proto::Result<void> begin_ranged(const fs::path& file, std::uint64_t begun_bytes
   return no_room("the raster cannot be written to disk: " + why);
 }
 
-RangedSource::RangedSource(const ServeSettings& settings, limits::Space& space, Place place)
-    : settings_(settings), place_(std::move(place)), claim_(space.claim(0, &full_)) {}
+RangedSource::RangedSource(const ServeSettings& settings, limits::Space& space, HttpTalk& talk, Place place)
+    : settings_(settings), place_(std::move(place)), claim_(space.claim(0, &full_)), talk_(talk) {}
 
 RangedSource::~RangedSource() {
   note();
@@ -108,8 +108,8 @@ RangedSource::~RangedSource() {
 }
 
 proto::Result<std::unique_ptr<RangedSource>> RangedSource::open(const ServeSettings& settings, limits::Space& space,
-                                                                Place place) {
-  std::unique_ptr<RangedSource> source(new RangedSource(settings, space, std::move(place)));
+                                                                HttpTalk& talk, Place place) {
+  std::unique_ptr<RangedSource> source(new RangedSource(settings, space, talk, std::move(place)));
   const std::uint64_t bytes = source->place_.print.bytes, map_bytes = (blocks_of(bytes) + 7) / 8;
   source->file_ = open_plain(source->place_.file, bytes);
   source->map_file_ = open_plain(map_of(source->place_.file), map_bytes);

@@ -46,7 +46,9 @@ class RangedSource {
     Print print;  ///< what is in the file is of this
   };
   /// Problem: "source-replaced", the file or its map is not there or not of this print.
-  static proto::Result<std::unique_ptr<RangedSource>> open(const ServeSettings& settings, limits::Space& space, Place place);
+  /// talk: outlives it; what is asked for goes by that.
+  static proto::Result<std::unique_ptr<RangedSource>> open(const ServeSettings& settings, limits::Space& space, HttpTalk& talk,
+                                                           Place place);
   ~RangedSource();
   RangedSource(const RangedSource&) = delete;
   RangedSource& operator=(const RangedSource&) = delete;
@@ -62,7 +64,7 @@ class RangedSource {
   struct Run {
     std::uint64_t first = 0, count = 0;  ///< blocks
   };
-  RangedSource(const ServeSettings& settings, limits::Space& space, Place place);
+  RangedSource(const ServeSettings& settings, limits::Space& space, HttpTalk& talk, Place place);
   std::vector<Run> missing(std::span<const raster::ByteRange> ranges) const;
   bool is_here(std::uint64_t block) const { return (map_[block / 8] >> (block % 8) & 1) != 0; }
   void mark(const Run& run);
@@ -76,7 +78,7 @@ class RangedSource {
   const Place place_;
   std::string full_;  ///< why there is no room; before claim_, which may fill it
   const std::unique_ptr<limits::Space::Claim> claim_;
-  HttpTalk talk_;
+  HttpTalk& talk_;
   std::string at_;  ///< what is asked for: where the address led to last, or an object's signed address
   int file_ = -1, map_file_ = -1;
   std::string map_;

@@ -272,8 +272,8 @@ proto::Problem crashed(int status, bool late) {
 proto::Result<std::optional<proto::Estimate>> run(const Program& program, const std::filesystem::path& folder,
                                                   const ProgressSink& progress, const std::atomic<bool>& stop) {
   updates::RangeAnswers answers;
-  const int asks = progress.raster != nullptr ? answers.open() : -1;
-  if (progress.raster != nullptr && asks < 0) return cannot_start(errno);
+  const int asks = progress.rasters != nullptr ? answers.open() : -1;
+  if (progress.rasters != nullptr && asks < 0) return cannot_start(errno);
   const auto child = spawn(program, folder.string(), asks);
   const int failed = errno;
   if (asks >= 0) close(asks);
@@ -282,7 +282,7 @@ proto::Result<std::optional<proto::Estimate>> run(const Program& program, const 
   ChildReport report{progress, {}, {}, {}};
   ChildWatch watch(*child, folder, stop);
   try {
-    if (progress.raster != nullptr) answers.begin(*progress.raster, stop);
+    if (progress.rasters != nullptr) answers.begin(*progress.rasters, stop);
     watch.listen_to(report);
   } catch (...) {  // of what its report says, or no thread: the job must not go on behind the back of the next one
     kill(child->pid, SIGKILL);

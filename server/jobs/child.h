@@ -20,13 +20,13 @@ inline constexpr int kReportDescriptor = 3;
 inline constexpr const char* kTemporaryFolder = "tmp";
 
 namespace updates {
-class RangedSource;
+class RangedSources;
 }
 
 /// Whom a job tells how far it is, and what it may ask for meanwhile.
 struct ProgressSink : std::function<void(const proto::Progress&)> {
   using std::function<void(const proto::Progress&)>::function;
-  updates::RangedSource* raster = nullptr;  ///< its raster comes as it is read; null: it is there
+  updates::RangedSources* rasters = nullptr;  ///< its rasters come as they are read; null: they are there
 };
 using JobOutcome = proto::Result<std::optional<proto::Estimate>>;
 /// Does the job in a folder; the estimate is there if it was a dry run. stop: leave early (type "cancelled").

@@ -25,8 +25,8 @@ proto::Problem cannot(const std::string& what) { return {"storage-full", what, "
 
 }  // namespace
 
-std::optional<updates::Print> fetched_print(const fs::path& folder) try {
-  // The job could have written there: what is no note of ours is not read, and what it says goes into requests.
+std::optional<updates::Print> fetched_print(const fs::path& folder) {
+  // The job could have written there: what is no note of ours is not read.
   constexpr std::uintmax_t kLargestNote_bytes = 16 << 10;
   const fs::path path = folder / kFetchedFile;
   std::error_code error;
@@ -36,15 +36,7 @@ std::optional<updates::Print> fetched_print(const fs::path& folder) try {
   std::string text(kLargestNote_bytes, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(file.gcount()));
-  const Json note = Json::parse(text, nullptr, false);
-  if (!note.is_object()) return std::nullopt;
-  const auto plain = [&](const char* key) {
-    const std::string value = note.value(key, "");
-    return std::any_of(value.begin(), value.end(), [](unsigned char c) { return c < ' ' || c > 126; }) ? std::string() : value;
-  };
-  return updates::Print{plain("etag"), plain("modified"), note.value("bytes", std::uint64_t{0}), note.value("ranged", false)};
-} catch (const Json::exception&) {  // of other types than we wrote
-  return std::nullopt;
+  return updates::print_in(Json::parse(text, nullptr, false));
 }
 
 void JobQueue::tell_fetching(const std::string& id) {
@@ -74,12 +66,15 @@ bool JobQueue::while_idle(const std::string& id, const std::function<void()>& wo
   return true;
 }
 
-/// Or its beginning and what came of it since.
+fs::path JobQueue::next_rasters(const std::string& id) const { return layout_.dataset(id) / (std::string(kNext) + kRasters); }
+
+/// Or its beginning and what came of it since; of a list those that it names.
 bool JobQueue::has_raster(const Dataset& dataset) const {
   std::error_code error;
   const fs::path file = layout_.dataset(dataset.id) / dataset.raster;
   if (!fs::exists(file, error)) return false;
   const auto print = fetched_print(file.parent_path());
+  if (print && print->list != updates::read_listed(file.parent_path() / kRasters).has_value()) return false;
   return fs::exists(map_of(file), error) == (print && print->ranged);
 }
 
@@ -131,6 +126,19 @@ std::optional<JobQueue::Next> JobQueue::have_raster(const Dataset& dataset, cons
   return Next::done;
 }
 
+/// What has an address and waits for its build is fetched meanwhile, for a first look. True: it is there. What goes wrong is met
+/// again by its build, and told then.
+bool JobQueue::fetch_ahead(const std::string& id) {
+  const auto flag = begin(id, Work::fetch);
+  const Row dataset = flag ? registry_.find(id) : nullptr;
+  if (!dataset || dataset->state != State::queued) return false;
+  if (has_raster(*dataset)) return true;
+  const LogScope job("job", id), request("request", dataset->request_id);
+  const auto fetched = fetch_raster(*dataset, *flag);
+  if (!fetched && !*flag) log_info("dataset " + id + ": not fetched ahead of its build: " + fetched.problem().line());
+  return fetched.ok();
+}
+
 /// What was made of the raster before is served until this one has come.
 proto::Result<void> JobQueue::fetch_raster(const Dataset& dataset, const std::atomic<bool>& stop) {
   const fs::path folder = layout_.dataset(dataset.id), next = folder / (kNext + dataset.raster);
@@ -140,18 +148,24 @@ proto::Result<void> JobQueue::fetch_raster(const Dataset& dataset, const std::at
   if (const auto written = write_record(folder, dataset); !written) return written;
   log_info("dataset " + dataset.id + ": its raster is fetched");
   tell_fetching(dataset.id);
-  bool as_whole = !is_lazy(dataset);
+  Wanted wanted = is_lazy(dataset) ? Wanted::beginning : Wanted::whole;
   {
     const std::lock_guard lock(mutex_);
-    as_whole = as_whole_.contains(dataset.id) || as_whole;
+    if (as_whole_.contains(dataset.id)) wanted = Wanted::whole;
   }
-  const auto print = (as_whole ? fetch_.whole : fetch_.beginning)(dataset.address, next, stop);
+  auto print = (wanted == Wanted::whole ? fetch_.whole : fetch_.beginning)(dataset.address, next, stop);
   if (!print) return print.problem();
+  std::optional<updates::ListedRasters> listed;
+  if (!print->ranged) {
+    auto taken = take_list(dataset, next, wanted, stop);
+    if (!taken) return taken.problem();
+    listed = std::move(*taken);
+    print->list = listed.has_value();
+  }
   {
     const std::lock_guard lock(mutex_);
     as_whole_.erase(dataset.id);
   }
-  const Json note = {{"etag", print->etag}, {"modified", print->modified}, {"bytes", print->bytes}, {"ranged", print->ranged}};
   // In an order in which a service that is killed finds a build that is done, or one that is to be done, or a raster that is to
   // be fetched.
   registry_.set_state(dataset.id, State::queued, std::nullopt);
@@ -159,11 +173,12 @@ proto::Result<void> JobQueue::fetch_raster(const Dataset& dataset, const std::at
     pipeline::remove_store(store.string());
   // What is there of the one before goes first: a map that is another's would take holes for heights.
   const fs::path file = folder / dataset.raster;
-  for (const fs::path& before : {file, map_of(file)}) fs::remove(before, error);
-  if (!raster::write_whole((folder / kFetchedFile).string(), note.dump(1, ' ', false, Json::error_handler_t::replace) + "\n")
-           .ok())
+  for (const fs::path& before : {file, map_of(file), folder / kRasters}) fs::remove_all(before, error);
+  const std::string note = updates::print_json(*print).dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  if (!raster::write_whole((folder / kFetchedFile).string(), note).ok())
     return cannot("what was fetched for " + dataset.id + " cannot be written down");
   if (print->ranged) fs::rename(map_of(next), map_of(file), error);
+  if (listed && !error) fs::rename(next_rasters(dataset.id), folder / kRasters, error);
   if (error || !raster::put_in_place(next, file))
     return cannot("the raster of " + dataset.id +
                   " cannot be put into its place: " + (error ? error.message() : std::strerror(errno)));

@@ -15,6 +15,7 @@ namespace {
 
 constexpr auto kLookAgain = std::chrono::milliseconds(200);
 constexpr auto kFirstWait = std::chrono::seconds(2), kLongestWait = std::chrono::seconds(300);
+constexpr std::size_t kFetchesAhead = 2;
 constexpr int kTriesWithTables = 12;   // half an hour; an installation without them stays so
 constexpr int kTriesWithOneStore = 3;  // then what was built so far is thrown away: it may be what is wrong
 
@@ -51,6 +52,7 @@ JobQueue::JobQueue(Parts parts, unsigned concurrency)
       published_(std::move(parts.published)),
       concurrency_(concurrency),
       dry_turns_(concurrency),
+      fetches_(kFetchesAhead),
       looks_(1),
       pool_(concurrency) {
   // A pool takes descriptors for its clocks with the first one. When that is needed there may be none.
@@ -77,18 +79,46 @@ void JobQueue::resume() {
 
 void JobQueue::enqueue(const std::string& id, const std::string& client) {
   const Row dataset = registry_.find(id);
-  const bool fresh = dataset && dataset->state != State::ready && dataset->address.empty();
-  if (fresh) {
+  const bool fresh = dataset && dataset->state != State::ready, has_address = fresh && !dataset->address.empty();
+  if (fresh && !has_address) {
     const std::lock_guard lock(mutex_);
     posted_.emplace(id, Clock::now());
   }
   const bool waits = unfinished_ >= concurrency_;
   enqueue({id, client, 0});
   if (!fresh || !waits || !job_of(*dataset).provisional()) return;
-  boost::asio::post(looks_, [this, id] {
+  if (!has_address) return look_ahead(id);
+  boost::asio::post(fetches_, [this, id] {
     try {
-      look_at(id);
-    } catch (const std::exception& error) {  // as in enqueue(); the build is tried all the same
+      if (fetch_ahead(id)) look_ahead(id);
+    } catch (const std::exception& error) {  // the registry's, or want of memory; its build is tried all the same
+      log_warning("dataset " + id + ": " + error.what());
+    }
+  });
+}
+
+void JobQueue::give_way(Running& look) {
+  look.gives_way = true;
+  *look.stop = true;
+}
+
+void JobQueue::look_ahead(const std::string& id) {
+  std::error_code ignored;
+  const bool first = !std::filesystem::exists(layout_.provisional(id), ignored);
+  if (first) {
+    const std::lock_guard lock(mutex_);
+    ++first_looks_;
+    for (auto& [other, job] : running_)
+      if (job.work == Work::look && job.shows) give_way(job);
+  }
+  boost::asio::post(looks_, [this, id, first] {
+    if (first) {
+      const std::lock_guard lock(mutex_);
+      --first_looks_;
+    }
+    try {
+      if (look_at(id) == Next::again) look_ahead(id);
+    } catch (const std::exception& error) {  // as in enqueue()
       log_warning("dataset " + id + ": " + error.what());
     }
   });
@@ -193,7 +223,7 @@ void JobQueue::stop() {
   }
   ended_.notify_all();
   dry_turns_.stop();
-  for (boost::asio::thread_pool* pool : {&looks_, &pool_}) {
+  for (boost::asio::thread_pool* pool : {&fetches_, &looks_, &pool_}) {
     pool->stop();
     pool->join();
   }
@@ -217,16 +247,17 @@ std::shared_ptr<std::atomic<bool>> JobQueue::begin(const std::string& id, Work w
   return {flag.release(), std::move(over)};
 }
 
-/// Ends a first look at this dataset's raster, if there is one: its build would lose its turn to it, and looks for itself.
+/// Ends a first look at this dataset's raster, if there is one: its build would lose its turn to it, and looks for itself. A
+/// fetch ahead of the build is its first step, and waited for.
 void JobQueue::end_look(const std::string& id) {
   std::unique_lock lock(mutex_);
-  const auto looks = [&] {
+  const auto before = [&] {
     const auto found = running_.find(id);
-    return found != running_.end() && found->second.work == Work::look;
+    const bool any = found != running_.end() && (found->second.work == Work::look || found->second.work == Work::fetch);
+    if (any && found->second.work == Work::look) *found->second.stop = true;
+    return any;
   };
-  if (!looks()) return;
-  *running_.at(id).stop = true;
-  ended_.wait(lock, [&] { return !looks(); });
+  ended_.wait(lock, [&] { return !before(); });
 }
 
 void JobQueue::show_provisional(const std::string& id) {

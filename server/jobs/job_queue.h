@@ -16,6 +16,7 @@
 #include "server/datasets/progress_hub.h"
 #include "server/datasets/registry.h"
 #include "server/fetch/fetch.h"
+#include "server/fetch/listed_rasters.h"
 #include "server/jobs/build_turns.h"
 #include "server/jobs/child.h"
 #include "server/jobs/looked_at.h"
@@ -52,6 +53,13 @@ inline std::string owner_of(const Dataset& dataset) { return dataset.owner.empty
 /// How the raster that was fetched into this folder is told from a changed one; none where nothing was fetched, or the note is
 /// lost.
 std::optional<updates::Print> fetched_print(const std::filesystem::path& folder);
+
+/// Of what stands at an address and is to be kept as a raster: it is a list of some. nullopt: it is none.
+std::optional<proto::Problem> refuse_list(const std::filesystem::path& file, const std::string& name);
+
+/// Into its folder. False: it cannot be written.
+bool write_job(const std::filesystem::path& folder, const proto::Job& job);
+proto::Problem cannot_write_job(const std::filesystem::path& folder);
 
 class JobQueue {
  public:
@@ -101,22 +109,27 @@ class JobQueue {
  private:
   using Turn = BuildTurns::Entry;
   using Clock = std::chrono::steady_clock;
-  enum class Work { build, look, apart };
+  enum class Work { build, fetch, look, apart };
   struct Running {
     std::atomic<bool>* stop = nullptr;
     Work work = Work::build;
     bool lazy = false;       ///< it may only wait for looks
     bool looked_at = false;  ///< a tile whose block is not done, since it began
     bool pauses = false;     ///< it will not be told of others
+    bool shows = false;      ///< a look: there are tiles
+    bool gives_way = false;  ///< a look: it is ended for a first one, and goes on behind it
   };
   /// The stop flag of a job of this dataset, which runs until the last copy goes; null: another runs, or all are to end.
   std::shared_ptr<std::atomic<bool>> begin(const std::string& id, Work work);
   void end_look(const std::string& id);
-  void look_at(const std::string& id);
+  enum class Next { done, again };  ///< again: the dataset has more to do, at the end of the queue
+  bool fetch_ahead(const std::string& id);
+  void look_ahead(const std::string& id);
+  static void give_way(Running& look);
+  Next look_at(const std::string& id);
   void show_provisional(const std::string& id);
   void first_tiles(const std::string& id, const char* kind);
   void forget_posted(const std::string& id);
-  enum class Next { done, again };  ///< again: the dataset has more to do, at the end of the queue
   void enqueue(Turn turn);
   void serve_next();
   void tell_who_waits();                   ///< to jobs that may only wait for looks
@@ -129,6 +142,15 @@ class JobQueue {
   std::optional<Next> have_raster(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop);
   proto::Result<void> fetch_raster(const Dataset& dataset, const std::atomic<bool>& stop);
   bool has_raster(const Dataset& dataset) const;
+  enum class Wanted { whole, beginning };
+  std::filesystem::path next_rasters(const std::string& id) const;
+  // Of a list of rasters that stands at an address in place of one.
+  proto::Result<std::optional<updates::ListedRasters>> take_list(const Dataset& dataset, const std::filesystem::path& file,
+                                                                 Wanted wanted, const std::atomic<bool>& stop);
+  proto::Result<std::vector<proto::SourceSpec>> read_list(const Dataset& dataset, proto::Job job, const std::atomic<bool>& stop);
+  proto::Result<void> begin_listed(updates::ListedRasters& listed, const std::filesystem::path& folder, Wanted wanted,
+                                   const std::atomic<bool>& stop) const;
+  std::unique_ptr<updates::RangedSources> sources_of(const Dataset& dataset, proto::Job& job) const;
   std::optional<Next> fetch_again(const Dataset& dataset, const proto::Problem& why, const Turn& turn);
   Next pause(const Dataset& dataset, const proto::Problem& why);
   bool waits_for_looks(const Dataset& dataset) const;
@@ -139,7 +161,7 @@ class JobQueue {
   struct Circumstances {
     metrics::StageClock& clock;
     const std::atomic<bool>& stop;
-    updates::RangedSource* raster = nullptr;  ///< as in ProgressSink
+    updates::RangedSources* rasters = nullptr;  ///< as in ProgressSink
   };
   Outcome run_job(const std::filesystem::path& folder, proto::Job job, const Circumstances& around);
   void later(std::chrono::milliseconds wait, const Turn& turn);
@@ -169,6 +191,7 @@ class JobQueue {
   std::mutex mutex_;
   std::condition_variable ended_;
   std::map<std::string, Running> running_;           ///< by id, as long as begin()'s flag lives
+  unsigned first_looks_ = 0;                         ///< that wait: at rasters of which nothing is shown
   std::set<std::string> anew_;                       ///< ids whose rasters are to be fetched again
   std::set<std::string> as_whole_;                   ///< those of them that are not fetched by ranges then
   std::map<std::string, Clock::time_point> posted_;  ///< those of this process that show nothing yet
@@ -177,8 +200,9 @@ class JobQueue {
   std::atomic<unsigned> unfinished_{0};  ///< turns that wait or run
   DryTurns dry_turns_;
   BuildTurns turns_;
-  boost::asio::thread_pool looks_;  ///< at rasters whose builds wait: one at a time
-  boost::asio::thread_pool pool_;   ///< last: its threads use the rest
+  boost::asio::thread_pool fetches_;  ///< of rasters whose builds wait
+  boost::asio::thread_pool looks_;    ///< at rasters whose builds wait: one at a time
+  boost::asio::thread_pool pool_;     ///< last: its threads use the rest
 };
 
 }  // namespace cordillera::server

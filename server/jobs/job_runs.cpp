@@ -10,13 +10,6 @@
 namespace cordillera::server {
 namespace {
 
-bool write_job(const std::filesystem::path& folder, const proto::Job& job) {
-  std::ofstream file(folder / kJobFile);
-  file << to_json_line(job) << '\n';
-  file.close();
-  return file.good();
-}
-
 /// Of all rasters that a job may read.
 std::uint64_t bytes_of_rasters(const std::filesystem::path& folder, const proto::Job& job) {
   std::error_code error;
@@ -26,17 +19,25 @@ std::uint64_t bytes_of_rasters(const std::filesystem::path& folder, const proto:
     if (!error) bytes += size;
   };
   if (!job.raster().empty()) add(folder / job.raster());
+  for (const proto::SourceSpec& raster : job.rasters()) add(folder / raster.path());
   for (const auto& entry : std::filesystem::directory_iterator(folder / updates::kSources, error)) add(entry.path());
   return bytes;
 }
 
 proto::Problem stopped() { return {"service-stopping", "the service is stopping", "trying again later", ""}; }
 
-proto::Problem cannot_write(const std::filesystem::path& folder) {
-  return {"storage-full", "cannot write into the folder of " + folder.filename().string(), "", ""};
+}  // namespace
+
+bool write_job(const std::filesystem::path& folder, const proto::Job& job) {
+  std::ofstream file(folder / kJobFile);
+  file << to_json_line(job) << '\n';
+  file.close();
+  return file.good();
 }
 
-}  // namespace
+proto::Problem cannot_write_job(const std::filesystem::path& folder) {
+  return {"storage-full", "cannot write into the folder of " + folder.filename().string(), "", ""};
+}
 
 std::uint32_t build_seconds(const Limits& limits, std::uint64_t raster_bytes) {
   const std::uint64_t mib = (raster_bytes >> 20) + 1;
@@ -58,28 +59,36 @@ proto::Job job_of(const Dataset& dataset) {
   return job;
 }
 
-/// A first look at a raster whose build waits for others.
-void JobQueue::look_at(const std::string& id) {
+/// A look at a raster whose build waits for others: steps of provisional tiles. Who shows some gives way to who shows none.
+JobQueue::Next JobQueue::look_at(const std::string& id) {
   const auto flag = begin(id, Work::look);
   const Row dataset = flag ? registry_.find(id) : nullptr;
-  if (!dataset || dataset->state != State::queued) return;
+  if (!dataset || dataset->state != State::queued) return Next::done;
   if (ledger_.holds(id)) {  // the rasters of the first version; what has an address has not come yet
     const auto change = ledger_.first(id);
-    if (!change || change->source().hash().empty() || !updates::prepare(layout_, id, *change)) return;
+    if (!change || change->source().hash().empty() || !updates::prepare(layout_, id, *change)) return Next::done;
   }
   proto::Job job = job_of(*dataset);
   job.set_raster(dataset->raster);
   job.set_dry_run(true);
   const std::filesystem::path folder = layout_.dataset(id);
+  const auto rasters = sources_of(*dataset, job);
   limit(job, folder);
-  if (!write_job(folder, job)) return;
+  if (!write_job(folder, job)) return Next::done;
   const LogScope about("job", id);
-  const auto shown = [&](const proto::Progress& now) {
-    if (now.provisional()) show_provisional(id), hub_.touch(id);
+  ProgressSink shown = [&](const proto::Progress& now) {
+    if (!now.provisional()) return;
+    show_provisional(id), hub_.touch(id);
+    const std::lock_guard lock(mutex_);
+    running_.at(id).shows = true;
+    if (first_looks_ > 0 && now.done() < now.total()) give_way(running_.at(id));
   };
+  shown.rasters = rasters.get();
   const auto outcome = runner_(folder, shown, *flag);
+  if (const std::lock_guard lock(mutex_); running_.at(id).gives_way) return Next::again;
   if (!outcome && !*flag)
     log_info("dataset " + id + ": no first look: " + outcome.problem().line());  // its build will say so to whoever posted it
+  return Next::done;
 }
 
 proto::Result<std::optional<proto::Estimate>> JobQueue::build(const Dataset& dataset, metrics::StageClock& clock,
@@ -92,14 +101,8 @@ proto::Result<std::optional<proto::Estimate>> JobQueue::build(const Dataset& dat
   }
   proto::Job job = job_of(dataset);
   job.set_raster(dataset.raster);
-  const auto print = dataset.address.empty() ? std::nullopt : fetched_print(folder);
-  std::unique_ptr<updates::RangedSource> raster;
-  if (print && print->ranged) {
-    auto opened = fetch_.rest({dataset.address, folder / dataset.raster, *print});
-    if (!opened) return opened.problem();
-    raster = std::move(*opened);
-  }
-  return run_job(folder, std::move(job), {clock, stop, raster.get()});
+  const auto rasters = sources_of(dataset, job);
+  return run_job(folder, std::move(job), {clock, stop, rasters.get()});
 }
 
 JobQueue::Outcome JobQueue::run_job(const std::filesystem::path& folder, proto::Job job, const Circumstances& around) {
@@ -110,9 +113,9 @@ JobQueue::Outcome JobQueue::run_job(const std::filesystem::path& folder, proto::
     around.clock.report(now);
     hub_.publish(id, now);
   };
-  progress.raster = around.raster;
+  progress.rasters = around.rasters;
   limit(job, folder);
-  if (!write_job(folder, job)) return cannot_write(folder);
+  if (!write_job(folder, job)) return cannot_write_job(folder);
   if (job.lazy()) {
     std::error_code error;
     std::filesystem::remove(folder / kOthersWaitFile, error);
@@ -128,14 +131,14 @@ JobQueue::Outcome JobQueue::run_job(const std::filesystem::path& folder, proto::
     log_warning("dataset " + id + ": " + outcome.problem().detail + "; once more");
     // Not the provisional tiles, though: they may be what it was ended for.
     job.set_provisional(false);
-    if (!write_job(folder, job)) return cannot_write(folder);
+    if (!write_job(folder, job)) return cannot_write_job(folder);
     outcome = runner_(folder, progress, stop);
   }
   if (outcome || outcome.problem().type != "device-lost" || stop) return outcome;
   log_warning("dataset " + id + ": " + outcome.problem().detail + "; once more on the CPU");
   metrics_.device_lost.add(1);
   job.mutable_options()->set_device("cpu");
-  if (!write_job(folder, job)) return cannot_write(folder);
+  if (!write_job(folder, job)) return cannot_write_job(folder);
   return runner_(folder, progress, stop);
 }
 
@@ -152,7 +155,7 @@ proto::Result<proto::Estimate> JobQueue::dry_run(const std::filesystem::path& fo
   const auto turn = dry_turns_.take(folder.filename().string(), client);
   if (!turn) return stopped();
   const auto outcome = write_job(folder, job) ? runner_(folder, nullptr, stopping_)
-                                              : proto::Result<std::optional<proto::Estimate>>(cannot_write(folder));
+                                              : proto::Result<std::optional<proto::Estimate>>(cannot_write_job(folder));
   if (!outcome && outcome.problem().type == "cancelled") return stopped();
   if (!outcome) return outcome.problem();
   if (!*outcome) return proto::Problem{"internal", "the dry run gave no estimate", "", ""};

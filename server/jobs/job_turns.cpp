@@ -48,6 +48,7 @@ JobQueue::Outcome JobQueue::take_turn(const Dataset& dataset, proto::SourceChang
     tell_fetching(id);
     const fs::path file = folder / source.spec().path();
     if (const auto fetched = fetch_.whole(source.url(), file, stop); !fetched) return fetched.problem();
+    if (auto refused = refuse_list(file, updates::listed_name(source.url()))) return *refused;
     source.set_hash(digest_of_file(file));
     std::error_code error;
     source.set_bytes(static_cast<double>(fs::file_size(file, error)));

@@ -6,7 +6,6 @@
 
 #include "pipeline/store/mesh_files.h"
 #include "server/datasets/ledger.h"
-#include "server/jobs/update_job.h"
 #include "server/limits/disk.h"
 
 namespace cordillera::server {
@@ -56,7 +55,7 @@ class Starved {
 
 /// Of a version that is served nothing goes.
 void remove_unfinished(const fs::path& folder) {
-  pipeline::remove_store((folder / (updates::is_update(folder) ? updates::kNextStore : kStoreFile)).string());
+  pipeline::remove_store((folder / (updates::has_target(folder) ? updates::kNextStore : kStoreFile)).string());
 }
 
 }  // namespace

@@ -50,6 +50,11 @@ std::uint32_t within(std::uint32_t wanted, std::uint32_t most) {
 
 }  // namespace
 
+std::optional<proto::Problem> check_names(const proto::BuildOptions& options) {
+  if (auto refused = check_crs(options)) return refused;
+  return check_datum(options);
+}
+
 std::optional<proto::Problem> apply_policy(const Settings& server, proto::BuildOptions& options) {
   if (auto refused = gpu::check_strategy(pipeline::named_strategy(options), options.device())) return refused;
   if (auto refused = check_crs(options)) return refused;

@@ -7,6 +7,9 @@
 
 namespace cordillera::server {
 
+/// Neither CRS nor vertical datum may name a path or an address.
+std::optional<proto::Problem> check_names(const proto::BuildOptions& options);
+
 /// Makes a request's options safe to hand to a job: neither CRS nor vertical datum may name a path or an address (a geoid grid
 /// is named by its bare file name and looked for in the operator's folders), and threads and memory stay within what the
 /// operator set.

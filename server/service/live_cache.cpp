@@ -8,6 +8,7 @@
 #include "pipeline/store/mesh_files.h"
 #include "server/datasets/dataset_folder.h"
 #include "server/datasets/ledger.h"
+#include "server/fetch/listed_rasters.h"
 #include "server/log/log.h"
 
 namespace cordillera::server {
@@ -258,6 +259,31 @@ void LiveCache::keep_within(const std::stop_token& stop) {
   }
 }
 
+/// What has become of some of the rasters that the dataset's list names, if it has one: of the next ones each time, for there may
+/// be thousands. unknown: of none of those it is known to be another.
+updates::Still LiveCache::ask_listed(const std::string& id) {
+  using updates::Still;
+  constexpr std::size_t kAtOnce = 16;
+  const auto listed = updates::read_listed(parts_.layout.dataset(id) / kRasters);
+  if (!listed || listed->rasters.empty()) return Still::same;
+  const std::size_t count = listed->rasters.size();
+  std::size_t first = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    Entry& entry = entries_[id];
+    first = entry.next_listed;
+    entry.next_listed = (first + kAtOnce) % count;
+  }
+  Still all = Still::same;
+  for (std::size_t k = 0; k < std::min(kAtOnce, count); ++k) {
+    const updates::ListedRaster& raster = listed->rasters[(first + k) % count];
+    const Still still = parts_.ask(raster.address, raster.print);
+    if (still == Still::changed || still == Still::gone) return still;
+    if (still == Still::unknown) all = still;
+  }
+  return all;
+}
+
 void LiveCache::ask_addresses(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   while (!stop.stop_requested()) {
@@ -271,9 +297,11 @@ void LiveCache::ask_addresses(const std::stop_token& stop) {
       const auto print = row ? fetched_print(parts_.layout.dataset(id)) : std::nullopt;
       // Of one that is still fetched for the first time there is nothing to compare with, and its fetch is under way.
       const bool is_coming = row && !print && (row->state == State::queued || row->state == State::running);
-      const updates::Still still = !row || is_coming ? updates::Still::unknown
-                                   : print           ? parts_.ask(row->address, *print)
-                                                     : updates::Still::changed;
+      updates::Still still = !row || is_coming ? updates::Still::unknown
+                             : print           ? parts_.ask(row->address, *print)
+                                               : updates::Still::changed;
+      if (print && print->list && still != updates::Still::changed && still != updates::Still::gone)
+        if (const auto listed = ask_listed(id); listed != updates::Still::same) still = listed;
       constexpr const char* kOutcomes[] = {"same", "changed", "gone", "unknown"};
       if (row) parts_.metrics.live_asked.add(1, {kOutcomes[static_cast<std::size_t>(still)]});
       if (still == updates::Still::changed || still == updates::Still::gone) {

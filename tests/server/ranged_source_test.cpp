@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "server/fetch/fetch.h"
+#include "server/fetch/listed_rasters.h"
 #include "tests/server/fixture.h"
 #include "tests/server/raster_host.h"
 
@@ -34,7 +35,7 @@ class Ranged : public testing::Test {
     return print ? *print : Print();
   }
   std::unique_ptr<RangedSource> open(const Print& print) {
-    auto source = fetcher(settings_, space_).rest({host_.address() + target_, file_, print});
+    auto source = fetcher(settings_, space_).rest({host_.address() + target_, file_, print}, talk_);
     return source ? std::move(*source) : nullptr;
   }
   /// What came of it: "", or the problem's name.
@@ -57,6 +58,7 @@ class Ranged : public testing::Test {
   ServeSettings settings_;
   limits::Space space_{[] { return std::nullopt; }, 5};
   std::atomic<bool> stop_{false};
+  HttpTalk talk_;
   std::string target_, said_;
 };
 
@@ -195,6 +197,70 @@ TEST_F(Ranged, MoreThanARasterMayHaveIsNotFetched) {
   const auto source = open(begin("/dems/a.tif"));
   EXPECT_EQ(have(*source, kBlock, 15 * kBlock), "");
   EXPECT_EQ(have(*source, 30 * kBlock, 1), "body-too-large");
+}
+
+/// More of them than are open at a time, and some that are there as a whole.
+TEST_F(Ranged, OfManyRastersEachComesFromItsAddress) {
+  constexpr std::size_t kCount = 40, kWhole = 7;
+  std::vector<RangedSource::Place> places;
+  for (std::size_t k = 0; k < kCount; ++k) {
+    const std::string target = "/dems/" + std::to_string(k) + ".tif";
+    host_.has_parts(target, raster_of(3 * kBlock, static_cast<char>('a' + k % 8)), "\"" + std::to_string(k) + "\"");
+    const auto file = folder_.path() / (std::to_string(k) + ".tif");
+    const auto print = fetcher(settings_, space_).beginning(host_.address() + target, file, kNever);
+    ASSERT_TRUE(print);
+    places.push_back({host_.address() + target, file, *print});
+  }
+  places[kWhole].print.ranged = false;
+  RangedSources sources(fetcher(settings_, space_).rest, places);
+  const auto asked = [&](std::uint64_t number, std::uint64_t block) {
+    const raster::ByteRange range{block * kBlock, kBlock};
+    const auto done = sources.have(number, {&range, 1}, [] { return false; });
+    return done ? "" : done.problem().type;
+  };
+  for (const std::uint64_t block : {std::uint64_t{1}, std::uint64_t{2}, std::uint64_t{1}})
+    for (std::size_t k = 0; k < kCount; ++k) EXPECT_EQ(asked(k, block), k == kWhole ? "internal" : "");
+  for (std::size_t k = 0; k < kCount; ++k)
+    EXPECT_EQ(file_text(places[k].file) == raster_of(3 * kBlock, static_cast<char>('a' + k % 8)), k != kWhole) << k;
+  EXPECT_EQ(host_.sent(), (kCount * 3 - 2) * kBlock) << "each block once";
+  for (const std::uint64_t none : {std::uint64_t{kCount}, ~std::uint64_t{0}}) EXPECT_EQ(asked(none, 1), "internal");
+}
+
+TEST(ListedRasters, AddressesCountFromTheirList) {
+  const std::string list = "https://h.example/a/list.json?sig=1";
+  EXPECT_EQ(listed_address(list, "b/c.tif"), "https://h.example/a/b/c.tif");
+  EXPECT_EQ(listed_address(list, "../c.tif?x=2"), "https://h.example/c.tif?x=2");
+  EXPECT_EQ(listed_address(list, "/c.tif"), "https://h.example/c.tif");
+  EXPECT_EQ(listed_address(list, "/vsicurl/http://o.example/c.tif"), "http://o.example/c.tif");
+  EXPECT_EQ(listed_address(list, "/vsis3/bucket/c.tif"), "s3://bucket/c.tif");
+  EXPECT_EQ(listed_address("s3://bucket/a/list.vrt", "b.tif"), "s3://bucket/a/b.tif");
+  EXPECT_EQ(listed_name("https://h.example/a/c.tif?sig=secret"), "c.tif");
+  EXPECT_EQ(listed_name("a/c.tif;sig=secret"), "c.tif");
+  for (const char* none : {"", "a/", "..", "a/.?x"}) EXPECT_EQ(listed_name(none), "raster") << none;
+}
+
+TEST(ListedRasters, ANoteIsReadAsItWasWrittenAndNoOther) {
+  const TempFolder folder;
+  EXPECT_FALSE(read_listed(folder.path()));
+  ListedRasters listed{true,
+                       {{"https://h.example/a.tif?x=1", "a.tif", {}, {"\"t\"", "", 70000, true}}, {"s3://b/c", "c", {}, {}}}};
+  listed.rasters[0].options.set_nodata("-1");
+  ASSERT_TRUE(write_listed(folder.path(), listed));
+  const auto read = read_listed(folder.path());
+  ASSERT_TRUE(read);
+  EXPECT_TRUE(read->vrt);
+  ASSERT_EQ(read->rasters.size(), 2u);
+  EXPECT_EQ(read->rasters[0].address, "https://h.example/a.tif?x=1");
+  EXPECT_EQ(read->rasters[0].options.nodata(), "-1");
+  EXPECT_EQ(read->rasters[0].print.bytes, 70000u);
+  EXPECT_TRUE(read->rasters[0].print.ranged);
+  EXPECT_EQ(file_of(*read, 0), "0.tif");
+  EXPECT_EQ(file_of(*read, 1), "1");
+  for (const char* other :
+       {"", "[]", "{}", "{\"rasters\": [3]}", "{\"rasters\": [{\"address\": 3}]}", "{\"rasters\": 7, \"vrt\": 1}"}) {
+    std::ofstream(folder.path() / "list.json") << other;
+    EXPECT_FALSE(read_listed(folder.path())) << other;
+  }
 }
 
 TEST(ContentRange, IsReadAsItIsWritten) {

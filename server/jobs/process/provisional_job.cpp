@@ -1,4 +1,4 @@
-#include "server/jobs/provisional_job.h"
+#include "server/jobs/process/provisional_job.h"
 
 #include <cstdio>
 #include <vector>

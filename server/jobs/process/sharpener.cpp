@@ -1,4 +1,4 @@
-#include "server/jobs/sharpener.h"
+#include "server/jobs/process/sharpener.h"
 
 #include <time.h>
 

@@ -1,12 +1,12 @@
-#include "server/jobs/update_job.h"
+#include "server/jobs/process/update_job.h"
 
 #include "pipeline/work/update.h"
 #include "pipeline/work/work_plan.h"
 #include "proto/files.h"
 #include "server/datasets/ledger.h"
 #include "server/http/json.h"
-#include "server/jobs/provisional_job.h"
-#include "server/jobs/sharpener.h"
+#include "server/jobs/process/provisional_job.h"
+#include "server/jobs/process/sharpener.h"
 
 namespace cordillera::server::updates {
 namespace {
@@ -46,11 +46,6 @@ void first_look(pipeline::BuildRequest request, const pipeline::ProgressCallback
 }
 
 }  // namespace
-
-bool is_update(const fs::path& folder) {
-  std::error_code error;
-  return fs::exists(folder / kTargetFile, error);
-}
 
 proto::Result<proto::Manifest> build_target(const proto::Job& job, const fs::path& folder, const SizeCheck& too_large,
                                             const pipeline::ProgressCallback& progress, const std::atomic<bool>& stop) {

@@ -13,9 +13,6 @@ namespace cordillera::server::updates {
 /// What the operator lets a raster have; nullopt: it may.
 using SizeCheck = std::function<std::optional<proto::Problem>(const std::string& name, const proto::Source& source)>;
 
-/// Whether the job in the folder is one of these.
-bool is_update(const std::filesystem::path& folder);
-
 /// Paths of rasters count from the folder, which becomes the process's own: a folder that was moved has the same keys of tasks.
 proto::Result<proto::Manifest> build_target(const proto::Job& job, const std::filesystem::path& folder,
                                             const SizeCheck& too_large, const pipeline::ProgressCallback& progress,

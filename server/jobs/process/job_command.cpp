@@ -20,14 +20,14 @@
 #include "raster/datum/vertical.h"
 #include "raster/disk/free_space.h"
 #include "raster/disk/write_all.h"
-#include "raster/storage/ranged_file.h"
 #include "server/datasets/dataset_folder.h"
-#include "server/fetch/range_asks.h"
+#include "server/datasets/ledger.h"
 #include "server/http/json.h"
 #include "server/jobs/child.h"
-#include "server/jobs/provisional_job.h"
-#include "server/jobs/sharpener.h"
-#include "server/jobs/update_job.h"
+#include "server/jobs/process/list_job.h"
+#include "server/jobs/process/provisional_job.h"
+#include "server/jobs/process/sharpener.h"
+#include "server/jobs/process/update_job.h"
 #include "server/limits/disk.h"
 #include "server/memory/memory_limit.h"
 #include "server/options/option_values.h"
@@ -112,9 +112,10 @@ std::optional<proto::Problem> too_large(const proto::Job& job, const std::string
 /// What is to be done before the build: plan and build open the raster again.
 std::optional<proto::Problem> look_at(const proto::Job& job, const pipeline::BuildRequest& request,
                                       const std::filesystem::path& folder, const pipeline::ProgressCallback& sink) {
-  const auto source = raster::open_source(request.raster_path, request.raster_name, request.trust, request.options);
+  const auto source = pipeline::open_source(request);
   if (!source) return source.problem();
-  if (auto refused = too_large(job, job.name(), (*source)->description())) return refused;
+  if (request.members.empty())
+    if (auto refused = too_large(job, job.name(), (*source)->description())) return refused;
   if (job.provisional()) make_provisional(request, **source, folder, sink, g_asked_to_stop);
   return std::nullopt;
 }
@@ -123,8 +124,9 @@ proto::Result<void> build_job(const proto::Job& job, const std::filesystem::path
   const auto sink = [](const proto::Progress& progress) {
     if (!report(progress)) g_asked_to_stop = true;
   };
-  if (updates::is_update(folder)) {
-    const auto large = [&](const std::string& name, const proto::Source& source) { return too_large(job, name, source); };
+  if (job.list()) return report_listed(job, folder, sink);
+  const auto large = [&](const std::string& name, const proto::Source& source) { return too_large(job, name, source); };
+  if (updates::has_target(folder)) {
     const auto built = updates::build_target(job, folder, large, sink, g_asked_to_stop);
     if (!built) return built.problem();
     return {};
@@ -136,6 +138,9 @@ proto::Result<void> build_job(const proto::Job& job, const std::filesystem::path
   request.id = job.id();
   request.store_path = (folder / kStoreFile).string();
   request.options = job.options();
+  auto members = examine_listed(job, folder, large);
+  if (!members) return members.problem();
+  request.members = std::move(*members);
   if (const auto refused = look_at(job, request, folder, sink)) return *refused;
   if (job.dry_run() && job.provisional()) return {};
   if (job.dry_run()) {
@@ -152,17 +157,6 @@ proto::Result<void> build_job(const proto::Job& job, const std::filesystem::path
   const auto built = pipeline::build(request, sink, g_asked_to_stop);
   if (!built) return built.problem();
   return {};
-}
-
-/// Where the raster comes as it is read. False: it is not there at all.
-bool have_raster(const proto::Job& job, const std::filesystem::path& folder) {
-  const std::filesystem::path file = folder / job.raster();
-  // A file with holes and nobody to ask has no heights there.
-  std::error_code error;
-  if (!updates::may_ask()) return !std::filesystem::exists(map_of(file), error);
-  // Of what stands at its address: a build goes on where that is the same.
-  const std::string state = proto::bytes_of_file(folder / kFetchedFile).value_or("");
-  return raster::read_by_ranges({file.string(), std::filesystem::path(job.name()).filename().string(), state, updates::ask_for});
 }
 
 /// What nobody may have of the folder's disk, however empty it is.
@@ -185,7 +179,7 @@ int job_main(const std::string& folder, int parent, std::uint32_t free_percent) 
   proto::Job job;
   if (!text || !from_json(*text, &job)) return fail({"internal", "the job's description cannot be read", "", ""});
   raster::keep_free(bytes_to_leave(folder, free_percent));
-  if (!have_raster(job, folder)) return fail({"internal", "the job's raster cannot be read", "", ""});
+  if (!have_rasters(job, folder)) return fail({"internal", "the job's raster cannot be read", "", ""});
   if (const auto missing = make_temporary_folder(folder)) return fail(*missing);
   const bool confined = restrict_process(job, std::filesystem::absolute(folder), *job.mutable_options());
   const proto::Problem starved = out_of_memory(job.options(), job.name());

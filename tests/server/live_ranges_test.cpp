@@ -1,0 +1,79 @@
+// Rasters at an address of which only what is looked at is fetched.
+#include "live_address_fixture.h"
+
+namespace cordillera::server {
+namespace {
+
+TEST_F(ByRanges, OfALargeCogOnlyWhatIsLookedAtComes) {
+  start();
+  const std::string one = tile_at(11.5, 46.6), other = tile_at(11, 46.2);
+  const std::string id = id_of(sought());
+  EXPECT_LT(host_.sent(), hills_.size() / 3) << "provisional tiles are made of its overviews";
+  const std::string made = final_tile(id, one);
+  EXPECT_FALSE(made.empty());
+  EXPECT_LT(host_.sent(), hills_.size() * 2 / 3) << server_.log();
+  EXPECT_EQ(status(id)["build"], "lazy");
+  const std::string copy = posted();
+  EXPECT_EQ(final_tile(copy, one), made) << "the bytes of a raster that was posted";
+  const std::string backup = (folder_.path() / "backup").string(), data = (folder_.path() / "data").string();
+  ASSERT_EQ(shell(kProgram + " backup " + data + " -o " + backup).code, 0);
+  server_.end(SIGKILL);
+  start();
+  const auto before = host_.sent();
+  EXPECT_EQ(final_tile(id, one), made);
+  EXPECT_EQ(host_.sent(), before);
+  EXPECT_EQ(final_tile(id, other), final_tile(copy, other)) << "it goes on where it was";
+  EXPECT_LT(host_.sent(), hills_.size());
+  EXPECT_THAT(server_.log(), Not(HasSubstr("is fetched")));
+  server_.end(SIGTERM);
+  fs::remove_all(data);
+  ASSERT_EQ(shell(kProgram + " restore " + backup + " --data " + data).code, 0);
+  start();
+  EXPECT_EQ(status(id)["asleep"], true) << "a backup has no raster that is there in parts";
+  EXPECT_EQ(final_tile(id, one), made) << server_.log();
+  EXPECT_TRUE(fs::exists(folder_of(id)));
+  shell("curl -q -s -X DELETE '" + server_.base() + "/v1/datasets/" + id + "'");
+  EXPECT_FALSE(fs::exists(folder_of(id)));
+}
+
+TEST_F(ByRanges, AnAddressIsPostedToo) {
+  start();
+  const auto post = [&](const std::string& options) {
+    return curl("-H 'Prefer: wait=500' -H 'Idempotency-Key: hills' -d source=" + host_.address() + kCog +
+                " -d crs=EPSG:4326 -d vertical_datum=ellipsoid -d error=20 -d max_level=12 -d build=lazy " + options + " '" +
+                server_.base() + "/v1/datasets'");
+  };
+  Json posted = post("");
+  const std::string id = posted.value("id", "");
+  EXPECT_EQ(posted["build"], "lazy") << posted;
+  EXPECT_LT(host_.sent(), hills_.size()) << "all provisional tiles are there";
+  EXPECT_THAT(body("/v1/datasets/" + id + "/tileset.json"), HasSubstr("geometricError"));
+  EXPECT_THAT(status(id)["source"].dump(), HasSubstr(kCog));
+  EXPECT_EQ(post("").value("id", ""), id) << "the same request, another answer to it";
+  EXPECT_THAT(post("-d updates=1").dump(), HasSubstr("idempotency-key-reused")) << "copied and kept, it would be another dataset";
+  EXPECT_THAT(post("-d dry_run=1").dump(), HasSubstr("options-conflict"));
+}
+
+TEST_F(ByRanges, ARasterThatChangesMeanwhileIsReadAnew) {
+  start();
+  const std::string id = id_of(sought());
+  host_.has_parts(kCog, cog_of(3000), "\"two\"");
+  final_tile(id, tile_at(11.5, 46.6));
+  const std::string place = "/elevation?points=11.5,46.6";
+  ASSERT_TRUE(eventually([&] {
+    Json answer = json("/v1/datasets/" + id + place);
+    return answer["points"].is_array() && answer["points"][0]["ellipsoidal_height"].is_number() &&
+           answer["points"][0]["ellipsoidal_height"].get<double>() > 2500;
+  })) << server_.log();
+  EXPECT_THAT(server_.log(), HasSubstr("has another raster than it had"));
+}
+
+TEST_F(ByRanges, WhoSendsPartsAtFirstAloneIsCopied) {
+  host_.has_parts(kCog, hills_, "\"one\"", RasterHost::Parts::not_after_the_first);
+  start();
+  EXPECT_FALSE(final_tile(id_of(sought()), tile_at(11.5, 46.6)).empty()) << server_.log();
+  EXPECT_GE(host_.sent(), hills_.size());
+}
+
+}  // namespace
+}  // namespace cordillera::server
