@@ -78,12 +78,7 @@ int with_settings(const std::vector<OptionSpec>& table, const Reading& reading, 
   for (const std::string& sentence : unread_variables()) std::cerr << "cordillera: warning: " << sentence << "\n";
   const auto settings = settings_from(table, reading);
   if (!settings) return wrong_usage(settings.problem());
-  try {
-    return run(*settings);
-  } catch (const std::exception& error) {
-    complain({"internal", std::string("this should not have happened: ") + error.what(), "", ""});
-    return kFailed;
-  }
+  return run(*settings);
 }
 
 std::string own_path() {

@@ -226,7 +226,12 @@ int CommandLine::run(std::vector<std::string> line) const {
   } catch (const CLI::ParseError& error) { return app_.exit(error) == 0 ? kDone : kUsage; }
   const auto asked = std::find_if(all_.begin(), all_.end(), [](const auto& one) { return one.first->parsed(); });
   if (const auto wrong = check_words(*asked->first)) return wrong_usage(*wrong);
-  return asked->second();
+  try {
+    return asked->second();
+  } catch (const std::exception& error) {
+    complain({"internal", std::string("this should not have happened: ") + error.what(), "", ""});
+    return kFailed;
+  }
 }
 
 }  // namespace cordillera::server

@@ -7,6 +7,7 @@
 #include "pipeline/exports/tile_places.h"
 #include "pipeline/exports/whole_file.h"
 #include "pipeline/tileset/manifest_json.h"
+#include "raster/place/area.h"
 
 namespace cordillera::pipeline::exports {
 namespace {
@@ -44,9 +45,12 @@ std::string with_commas(std::initializer_list<double> values) {
   return text;
 }
 
-int zoom_to_look_from(const Extent& extent, int least, int most) {
-  const double degrees = std::max({extent.east - extent.west, extent.north - extent.south, 1e-6});
-  return std::clamp(static_cast<int>(std::floor(std::log2(2 * 360 / degrees))), least, most);
+View view_of(const proto::Manifest& manifest, int least, int most) {
+  const raster::Area area = raster::area_of(manifest.bounds()).value_or(raster::Area{-180, -90, 180, 90});
+  const double degrees = std::max({area.east_deg - area.west_deg, area.north_deg - area.south_deg, 1e-6});
+  const double middle_deg = (area.west_deg + area.east_deg) / 2;
+  return {middle_deg > 180 ? middle_deg - 360 : middle_deg, (area.south_deg + area.north_deg) / 2,
+          std::clamp(static_cast<int>(std::floor(std::log2(2 * 360 / degrees))), least, most)};
 }
 
 std::string title_of(const proto::Manifest& manifest) { return manifest.title().empty() ? manifest.name() : manifest.title(); }

@@ -17,8 +17,13 @@ Extent extent_of(const proto::Manifest& manifest);
 /// "-180,-90,180,90": how archives write boxes and places.
 std::string with_commas(std::initializer_list<double> values);
 
-/// The zoom at which the data is about two tiles of a square pyramid wide or high: where a client that trusts the archive begins.
-int zoom_to_look_from(const Extent& extent, int least, int most);
+/// Where a client that trusts the archive begins: the middle of the data, and the zoom at which that is about two tiles of a square
+/// pyramid wide or high.
+struct View {
+  double longitude_deg = 0, latitude_deg = 0;
+  int zoom = 0;
+};
+View view_of(const proto::Manifest& manifest, int least, int most);
 
 /// The title where the dataset has one, else its name.
 std::string title_of(const proto::Manifest& manifest);

@@ -73,8 +73,8 @@ void write_metadata(const faces::Terrain& terrain, const faces::Face& face, Zoom
   say("format", format_name(tiles));
   say("bounds", with_commas({extent.west, extent.south, extent.east, extent.north}));
   const int least = std::min(zooms.least, zooms.most);
-  std::string middle = with_commas({(extent.west + extent.east) / 2, (extent.south + extent.north) / 2});
-  say("center", middle.append(",").append(std::to_string(zoom_to_look_from(extent, least, zooms.most))));
+  const View view = view_of(manifest, least, zooms.most);
+  say("center", with_commas({view.longitude_deg, view.latitude_deg}) + "," + std::to_string(view.zoom));
   say("minzoom", std::to_string(least));
   say("maxzoom", std::to_string(zooms.most));
   say("attribution", manifest.attribution());

@@ -108,7 +108,9 @@ void append_degrees(std::string& out, double degrees) {
 }
 
 std::string header(const Resource& tiles, const Contents& all, const PmtilesDirectories& directories, std::size_t metadata,
-                   const Extent& extent) {
+                   const proto::Manifest& manifest) {
+  const Extent extent = extent_of(manifest);
+  const View view = view_of(manifest, all.least_zoom, all.most_zoom);
   std::string out = "PMTiles\3";
   std::uint64_t offset = kPmtilesHeader;
   for (const std::uint64_t size :
@@ -122,9 +124,8 @@ std::string header(const Resource& tiles, const Contents& all, const PmtilesDire
     out.push_back(static_cast<char>(byte));
   }
   for (const double degrees : {extent.west, extent.south, extent.east, extent.north}) append_degrees(out, degrees);
-  out.push_back(static_cast<char>(zoom_to_look_from(extent, all.least_zoom, all.most_zoom)));
-  append_degrees(out, (extent.west + extent.east) / 2);
-  append_degrees(out, (extent.south + extent.north) / 2);
+  out.push_back(static_cast<char>(view.zoom));
+  for (const double degrees : {view.longitude_deg, view.latitude_deg}) append_degrees(out, degrees);
   return out;
 }
 
@@ -142,7 +143,7 @@ void write(const faces::Terrain& terrain, const faces::Face& face, const Archive
   const PmtilesDirectories directories = pmtiles_directories(all.entries);
   const std::string metadata = gzip(archive_metadata(terrain, face));
   std::ofstream out = opened(sibling);
-  append(out, header(tiles, all, directories, metadata.size(), extent_of(terrain.manifest())));
+  append(out, header(tiles, all, directories, metadata.size(), terrain.manifest()));
   for (const std::string* part : {&directories.root, &metadata, &directories.leaves}) append(out, *part);
   if (all.bytes > 0) out << std::ifstream(spool.path(), std::ios::binary).rdbuf();
   out.close();

@@ -160,7 +160,8 @@ proto::Manifest manifest_of(const Json& metadata, const Extent& extent, const st
   return manifest;
 }
 
-Json tilejson_of(const Face& face, const Json& metadata, const Tiles& tiles, const Extent& extent) {
+Json tilejson_of(const Face& face, const Json& metadata, const Tiles& tiles, const Extent& extent,
+                 const proto::Manifest& manifest) {
   Json json = {{"tilejson", "3.0.0"}};
   json["name"] = text_of(metadata, "name");
   if (const std::string words = text_of(metadata, "attribution"); !words.empty()) json["attribution"] = html_text(words);
@@ -169,8 +170,8 @@ Json tilejson_of(const Face& face, const Json& metadata, const Tiles& tiles, con
   json["minzoom"] = tiles.least_zoom();
   json["maxzoom"] = tiles.most_zoom();
   json["bounds"] = {extent.west, extent.south, extent.east, extent.north};
-  json["center"] = {(extent.west + extent.east) / 2, (extent.south + extent.north) / 2,
-                    zoom_to_look_from(extent, tiles.least_zoom(), tiles.most_zoom())};
+  const View view = view_of(manifest, tiles.least_zoom(), tiles.most_zoom());
+  json["center"] = {view.longitude_deg, view.latitude_deg, view.zoom};
   if (face.name == kHeights) json["encoding"] = "mapbox";
   if (face.name == "terrarium") json["encoding"] = "terrarium";
   return json;
@@ -190,9 +191,10 @@ void unpack(const std::string& path, const fs::path& folder) {
     fs::rename(folder / kPictures, folder / kHeights);
   }
   const Extent extent = extent_said(metadata, tiles);
+  const proto::Manifest manifest = manifest_of(metadata, extent, path);
   write_file(folder / std::string(face->entry),
-             tilejson_of(*face, metadata, tiles, extent).dump(1, ' ', false, Json::error_handler_t::replace));
-  write_file(folder / "manifest.json", manifest_json(manifest_of(metadata, extent, path)));
+             tilejson_of(*face, metadata, tiles, extent, manifest).dump(1, ' ', false, Json::error_handler_t::replace));
+  write_file(folder / "manifest.json", manifest_json(manifest));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "pipeline/build/pilot.h"
 #include "pipeline/build/stages.h"
@@ -126,8 +127,16 @@ Keys add_blocks(const Namer& namer, proto::WorkPlan& work) {
     if (window.west > window.east || window.south > window.north) continue;
     const raster::Source::Window read{window.west - beside, window.south - beside, window.east + beside, window.north + beside};
     proto::WorkTask task = task_at(node);
-    for (const std::uint32_t k : rasters.touching(read)) task.add_sources(k);
-    if (task.sources_size() == 0) continue;
+    const auto touched = rasters.touching(read);
+    std::set<std::uint32_t> sources(touched.begin(), touched.end());
+    if (sources.empty()) continue;
+    // A pole is one point, with the height that the first raster around it has.
+    for (const std::int64_t pole : {std::int64_t{0}, lattice.rows()}) {
+      if (pole < read.south || pole > read.north) continue;
+      const auto around = rasters.touching({0, pole, lattice.columns() - 1, pole});
+      sources.insert(around.begin(), around.end());
+    }
+    for (const std::uint32_t k : sources) task.add_sources(k);
     task.set_samples(static_cast<double>(window.east - window.west + 1) * static_cast<double>(window.north - window.south + 1));
     task.set_key(namer.block(node, window, task));
     keys[node] = task.key();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <set>
 
@@ -76,8 +77,11 @@ class Mosaic final : public Source {
     const std::vector<std::size_t> layers = under(wide, lattice);
     if (layers.size() == 1) {  // one raster alone has no seam
       auto source = opened(layers.front());
-      return source.ok() ? (*source)->sample(lattice, west, south, columns, rows)
-                         : proto::Result<proto::Samples>(source.problem());
+      if (!source.ok()) return source.problem();
+      auto alone = (*source)->sample(lattice, west, south, columns, rows);
+      if (!alone.ok() || members_.size() == 1) return alone;
+      if (auto done = level_poles(lattice, *alone); !done.ok()) return done.problem();
+      return alone;
     }
     proto::Samples sum = void_samples(wide);
     for (auto layer = layers.rbegin(); layer != layers.rend(); ++layer) {
@@ -87,7 +91,7 @@ class Mosaic final : public Source {
       if (!top.ok()) return top.problem();
       lay_over(*top, sum, feather);
     }
-    if (auto done = level_poles(lattice, layers, sum); !done.ok()) return done.problem();
+    if (auto done = level_poles(lattice, sum); !done.ok()) return done.problem();
     return crop(sum, asked);
   }
 
@@ -189,24 +193,33 @@ class Mosaic final : public Source {
     return kept.get();
   }
 
-  /// A pole is one point: all of its row that has data gets the height of the first raster that has it.
-  proto::Result<void> level_poles(const proto::Lattice& lattice, const std::vector<std::size_t>& layers, proto::Samples& sum) {
+  /// A pole is one point: all of its row that has data gets the height of the first raster that has it, wherever that lies.
+  proto::Result<void> level_poles(const proto::Lattice& lattice, proto::Samples& sum) {
     for (const std::int64_t row : {std::int64_t{0}, lattice.rows()}) {
       if (row < sum.south || row >= sum.south + sum.rows) continue;
-      std::int32_t height = proto::kNoHeight;
-      for (std::size_t k = 0; k < layers.size() && height == proto::kNoHeight; ++k) {
-        auto source = opened(layers[k]);
-        if (!source.ok()) return source.problem();
-        const auto one = (*source)->sample(lattice, (*source)->window(lattice).west, row, 1, 1);
-        if (!one.ok()) return one.problem();
-        height = one->height.front();
-      }
-      for (std::int32_t c = 0; c < sum.columns && height != proto::kNoHeight; ++c) {
+      const auto height = pole_height(lattice, row);
+      if (!height.ok()) return height.problem();
+      for (std::int32_t c = 0; c < sum.columns && *height != proto::kNoHeight; ++c) {
         std::int32_t& h = sum.height[static_cast<std::size_t>((row - sum.south) * sum.columns + c)];
-        if (h != proto::kNoHeight) h = height;
+        if (h != proto::kNoHeight) h = *height;
       }
     }
     return {};
+  }
+
+  proto::Result<std::int32_t> pole_height(const proto::Lattice& lattice, std::int64_t row) {
+    const std::pair key{lattice.finest_level, row};
+    if (const auto known = pole_heights_.find(key); known != pole_heights_.end()) return known->second;
+    std::int32_t height = proto::kNoHeight;
+    for (const std::size_t layer : under({0, row, lattice.columns() - 1, row}, lattice)) {
+      auto source = opened(layer);
+      if (!source.ok()) return source.problem();
+      const auto one = (*source)->sample(lattice, (*source)->window(lattice).west, row, 1, 1);
+      if (!one.ok()) return one.problem();
+      height = one->height.front();
+      if (height != proto::kNoHeight) break;
+    }
+    return pole_heights_[key] = height;
   }
 
   static proto::Samples crop(const proto::Samples& from, const Window& w) {
@@ -229,6 +242,7 @@ class Mosaic final : public Source {
   double feather_m_;
   proto::Source description_;
   proto::Lru<std::size_t, std::shared_ptr<Source>> open_{kOpenMembers};  ///< each counts one
+  std::map<std::pair<int, std::int64_t>, std::int32_t> pole_heights_;    ///< by level and row
 };
 
 double cosine(double latitude_deg) { return std::max(std::cos(latitude_deg / 180 * std::numbers::pi), 1e-6); }

@@ -35,7 +35,8 @@ Source::Window coarser(const Source::Window& window, const proto::Lattice& latti
 bool touch(const Source::Window& a, const Source::Window& b, const proto::Lattice& lattice);
 
 /// feather_m: the width over which a raster gives way to those below it, towards its rims and voids; 0: it ends in a step.
-/// Heights are blended in whole steps, and a vertex's height depends on nothing but the members around it. Members are opened
+/// Heights are blended in whole steps, and a vertex's height depends on nothing but the members around it, or around the pole
+/// that it is. Members are opened
 /// when their place is asked for, the last few are kept open. At least one member; not thread-safe, as every Source.
 std::unique_ptr<Source> make_mosaic(std::vector<MosaicMember> members, double feather_m);
 

@@ -179,6 +179,7 @@ bool lists_rasters(const std::string& geopackage) {
 /// list: what it is called.
 Listed in_index(const std::string& path, const std::string& list, const GdalScope& scope) {
   static constexpr const char* kDrivers[] = {"GeoJSON", "GPKG", "ESRI Shapefile", nullptr};
+  if (!size_of(path)) return invalid(list, "does not exist");
   const GDALDatasetUniquePtr index(
       GDALDataset::Open(path.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY, kDrivers, nullptr, nullptr));
   if (!index || index->GetLayerCount() == 0)

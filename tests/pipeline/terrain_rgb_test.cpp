@@ -261,6 +261,12 @@ TEST(TerrainRgb, NeighboursSeeTheSameSurroundings) {
   EXPECT_EQ(json["bounds"][2], 180);
   EXPECT_NEAR(std::abs(json["center"][0].get<double>()), 180, 0.01);
   const int zoom = json["maxzoom"];
+  const int row = tile_at(zoom, 179.9, 25).y;
+  for (const std::int32_t far : {1 << (zoom - 2), 1 << (zoom - 1)}) {
+    EXPECT_TRUE(fetch(terrain, tile_path("terrain-rgb", zoom, far, row, ".png")))
+        << "within the bounds, on the other side of the earth";
+    EXPECT_FALSE(fetch(terrain, tile_path("terrain-rgb", zoom, far, 0, ".png")));
+  }
   std::size_t compared = 0;
   const Place last{0, zoom, (1 << zoom) - 1, tile_at(zoom, 179.9, 25).y}, first{0, zoom, 0, tile_at(zoom, 179.9, 24).y};
   for (const Place& west : {last, first}) {

@@ -135,6 +135,32 @@ TEST(Blend, distances_count_diagonals_as_one) {
   }
 }
 
+/// GEBCO's grid and others come in pieces that meet at the poles, and none of them knows the others' last row.
+TEST_F(Mosaic, a_pole_has_one_height_whatever_window_asked) {
+  for (const double north : {90.0, -80.0}) {
+    std::vector<raster::MosaicMember> members;
+    for (int k = 0; k < 4; ++k) {
+      Spec spec;
+      spec.columns = 90, spec.rows = 10;
+      spec.geotransform = {-180.0 + 90 * k, 1, 0, north, 0, -1};
+      spec.value = [k](int, int) { return 100.0 * (k + 1); };
+      const std::string name = "quarter-" + std::to_string(k) + (north > 0 ? "-n.tif" : "-s.tif");
+      const auto member = raster::examine(write(spec, name), name, raster::Trust::operator_file, plain_options());
+      ASSERT_TRUE(member.ok()) << member.problem().line();
+      members.push_back(*member);
+    }
+    constexpr proto::Lattice kCoarse{3};
+    const std::int64_t pole = north > 0 ? kCoarse.rows() : 0, beside = north > 0 ? pole - 1 : 1;
+    const auto source = raster::make_mosaic(members, 0);
+    const std::int64_t quarter = kCoarse.columns() / 4;
+    for (std::int64_t k = 0; k < 4; ++k) {
+      const auto samples = source->sample(kCoarse, k * quarter + 3, std::min(pole, beside), 5, 2).value();
+      EXPECT_EQ(samples.at(samples.west, pole), std::lround(100 / proto::kHeightStep_m)) << "of the first, quarter " << k;
+      EXPECT_EQ(samples.at(samples.west, beside), std::lround(100 * static_cast<double>(k + 1) / proto::kHeightStep_m));
+    }
+  }
+}
+
 class SourceList : public RasterTest {
  protected:
   std::vector<std::string> names(const std::string& word) {

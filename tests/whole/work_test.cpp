@@ -118,6 +118,31 @@ TEST_F(Work, in_tasks_gives_the_bytes_of_one_piece) {
   expect_same(in_one_piece("piece.sqlite"), published(folder_.path("tasks.sqlite")));
 }
 
+/// A block at a pole needs the raster that the pole's height is of, wherever that lies.
+TEST_F(Work, rasters_that_meet_at_a_pole_give_the_bytes_of_one_piece) {
+  constexpr proto::Lattice kCoarse{3};
+  request_.options.set_max_level(kCoarse.finest_level);
+  request_.options.set_error(20);
+  request_.options.set_feather(0);
+  request_.block_samples = 512 * 512;
+  const std::int64_t quarter = kCoarse.columns() / 4;
+  std::vector<std::string> names;
+  for (int k = 0; k < 3; ++k) {
+    names.push_back("polar-" + std::to_string(k) + ".tif");
+    const auto rough_ground = rough(static_cast<std::uint32_t>(k));
+    write(cells_of({kCoarse.finest_level, quarter * k, kCoarse.rows()}, static_cast<int>(quarter), 100,
+                   [&](int c, int r) { return 500.0 * k + rough_ground(c, r); }),
+          folder_.path(names.back()));
+  }
+  examine(names);
+  const proto::WorkPlan plan = this->plan();
+  EXPECT_GT(plan.stages(0).tasks_size(), 3) << "all is one block: nothing to share out";
+  all_stages(plan);
+  const auto manifest = publish(plan, "tasks.sqlite");
+  ASSERT_TRUE(manifest.ok()) << manifest.problem().line();
+  expect_same(in_one_piece("piece.sqlite"), published(folder_.path("tasks.sqlite")));
+}
+
 TEST_F(Work, parts_of_a_stage_are_all_of_it) {
   const proto::WorkPlan plan = this->plan();
   for (const std::size_t parts : {1u, 2u, 3u, 7u, 100u}) {
