@@ -58,7 +58,10 @@ proto::Result<bool> thin_out(BuildRequest& request, raster::Source& source, int 
     request.decimation = std::move(*pixels);
     return request.decimation != nullptr;
   }
-  // Each of them; what takes the time is to open it.
+  // Each of them. Of those with overviews what takes the time is to open them; of others together no more is decoded than of a
+  // few.
+  constexpr double kMostOfAll_px = 4 * raster::kMostDecoded_px;
+  std::atomic<double> decoded_px{0};
   std::vector<std::optional<proto::Problem>> problems(request.members.size());
   std::atomic<bool> none{false};
   Workers(request.options.threads()).each(request.members.size(), [&](std::size_t k, unsigned) {
@@ -71,7 +74,7 @@ proto::Result<bool> thin_out(BuildRequest& request, raster::Source& source, int 
     if (!own.ok()) problems[k] = own.problem();
     if (!pixels.ok()) problems[k] = pixels.problem();
     if (pixels.ok()) member.decimation = std::move(*pixels);
-    if (member.decimation == nullptr) none = true;
+    if (member.decimation == nullptr || (decoded_px += member.decimation->decoded_px) > kMostOfAll_px) none = true;
   });
   for (const auto& problem : problems)
     if (problem) return *problem;

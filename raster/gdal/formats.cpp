@@ -1,11 +1,14 @@
 #include "raster/gdal/formats.h"
 
+#include <gdal_priv.h>
+
 #include <algorithm>
 #include <array>
 #include <filesystem>
 
 #include "proto/letters.h"
 #include "proto/utf8.h"
+#include "raster/gdal/gdal_scope.h"
 
 namespace cordillera::raster {
 namespace {
@@ -96,6 +99,19 @@ std::vector<const char*> allowed_drivers(const std::string& name, Trust trust, b
   }
   allowed.push_back(nullptr);
   return allowed;
+}
+
+void keep_drivers_of_anybody() {
+  const GdalScope scope(Trust::posted_file);  // after which they are all there
+  GDALDriverManager& all = *GetGDALDriverManager();
+  for (int k = all.GetDriverCount(); k-- > 0;) {
+    GDALDriver* const driver = all.GetDriver(k);
+    const std::string_view name = driver->GetDescription();
+    const bool stays = name == "VRT" || name == "MEM" || std::any_of(kFormats.begin(), kFormats.end(), [&](const Format& format) {
+                         return format.from == From::anybody && name == format.driver;
+                       });
+    if (!stays) all.DeregisterDriver(driver);
+  }
 }
 
 std::string accepted_formats(const std::string& name) {

@@ -47,6 +47,10 @@ std::string raster_extensions();
 /// Of a file of that name, for GDAL's Open, null last. in_archive: what lies beside the raster came with it.
 std::vector<const char*> allowed_drivers(const std::string& name, Trust trust, bool in_archive);
 
+/// From here on, in this process, GDAL has these drivers, VRT and its memory, and no others: what a VRT names is opened with any
+/// that there are.
+void keep_drivers_of_anybody();
+
 /// What is read, and with a name the line that makes a GeoTIFF of such a file, if GDAL can.
 std::string accepted_formats(const std::string& name);
 

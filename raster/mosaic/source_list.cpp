@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <sstream>
 
+#include "proto/utf8.h"
 #include "raster/gdal/formats.h"
 #include "raster/gdal/gdal_scope.h"
 #include "raster/storage/storage.h"
@@ -100,7 +101,7 @@ Listed in_text(const std::string& list, const std::string& text) {
     for (std::size_t k = 1; k < words.size(); ++k) {
       const std::size_t equals = words[k].find('=');
       if (equals == std::string::npos)
-        return invalid(list, "line " + std::to_string(number) + ": \"" + words[k] + "\" is no option=value");
+        return invalid(list, "line " + std::to_string(number) + ": word " + std::to_string(k + 1) + " is no option=value");
       source.options.emplace_back(words[k].substr(0, equals), words[k].substr(equals + 1));
     }
     sources.push_back(std::move(source));
@@ -131,7 +132,8 @@ Listed in_stac(const std::string& list, const std::vector<CPLJSONObject>& items)
   for (const CPLJSONObject& item : items) {
     const std::string href = asset_of(item);
     if (href.empty())
-      return invalid(list, "item \"" + item.GetString("id") + "\" has no asset with the role \"data\" and no GeoTIFF");
+      return invalid(
+          list, "item \"" + proto::shown_text(item.GetString("id")) + "\" has no asset with the role \"data\" and no GeoTIFF");
     sources.push_back({href, {}});
   }
   if (sources.empty()) return invalid(list, "has no items");
@@ -202,7 +204,7 @@ bool holds_points(const std::string& text) {
     double x = 0, y = 0, z = 0;
     return static_cast<bool>(words >> x >> y >> z);
   };
-  std::istringstream lines(text.substr(0, 4096));
+  std::istringstream lines(text);
   std::string first, second;
   std::getline(lines, first);
   std::getline(lines, second);
@@ -210,6 +212,7 @@ bool holds_points(const std::string& text) {
 }
 
 constexpr std::array kTexts{".txt", ".lst"}, kIndices{".gpkg", ".shp"};
+constexpr std::uint64_t kHead_bytes = 4096;
 
 /// A file of this machine, or elsewhere, that is a list by its name; json: by its bytes, whatever its name. None: it is a raster.
 struct ListFile {
@@ -225,13 +228,16 @@ Listed in_file(const ListFile& list, const GdalScope& scope) {
     return in_index(list.path, list.name, scope);
   }
   if (!text && !geojson && !list.json && extension != ".json") return Sources();
+  if (text) {  // before all of it: points may be many
+    const auto head = read_range(list.path, 0, kHead_bytes);
+    if (head.ok() && *head && holds_points(**head)) return Sources();
+  }
   const auto bytes = read_whole(list.path);
   if (!bytes.ok()) return bytes.problem();
   if (!*bytes) return invalid(list.name, "does not exist");
   // STAC items and tile indices are both GeoJSON.
   const bool index = geojson || (list.json && (*bytes)->find("\"FeatureCollection\"") != std::string::npos);
   if (index && (*bytes)->find("\"assets\"") == std::string::npos) return in_index(list.path, list.name, scope);
-  if (text && holds_points(**bytes)) return Sources();
   return text ? in_text(list.name, **bytes) : in_json(list.name, **bytes);
 }
 
@@ -254,7 +260,8 @@ ListKind list_kind(std::string_view head, const std::string& name) {
   head.remove_prefix(std::min(head.find_first_not_of(" \t\r\n"), head.size()));
   if (head.starts_with('{')) return ListKind::list;
   if (head.starts_with("<?xml")) {
-    head.remove_prefix(std::min(head.find("?>") + 2, head.size()));
+    head.remove_prefix(std::min(head.find("?>"), head.size()));
+    head.remove_prefix(std::min<std::size_t>(2, head.size()));
     head.remove_prefix(std::min(head.find_first_not_of(" \t\r\n"), head.size()));
   }
   if (head.starts_with("<VRTDataset")) return ListKind::vrt;

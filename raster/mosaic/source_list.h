@@ -18,12 +18,10 @@ struct ListedSource {
 
 /// word, by what it is:
 ///   a folder                    every raster in it and below it, in the order of their names
-///   *.txt, *.lst                a raster a line, and options after it: `fine.tif vertical_datum=EGM2008`; # starts a comment, a
-///   path with
-///                               spaces stands in double quotes. A text of points (XYZ) is a raster
+///   *.txt, *.lst                a raster a line, and options after it: `fine.tif vertical_datum=EGM2008`; # starts a comment,
+///                               a path with spaces stands in double quotes. A text of points (XYZ) is a raster
 ///   *.json                      {"sources": [{"path": …, option: value, …}, …]}, or a STAC item, ItemCollection or
-///   FeatureCollection:
-///                               the asset with the role "data", else the first GeoTIFF
+///                               FeatureCollection: the asset with the role "data", else the first GeoTIFF
 ///   *.gpkg, *.shp, *.geojson    a tile index, as gdaltindex makes it: field `location`
 ///   anything else               a raster: a file, a VRT, or what GDAL opens
 /// Paths in a list count from the list's folder; s3://, gs://, az:// and https:// become GDAL's /vsis3/, /vsigs/, /vsiaz/ and

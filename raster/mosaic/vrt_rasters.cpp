@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <string_view>
+#include <utility>
 
 #include "proto/utf8.h"
 #include "raster/gdal/gdal_scope.h"
@@ -109,7 +110,9 @@ proto::Result<VrtRasters> take_rasters(const std::string& text, const std::strin
   VrtRasters found{walk.written(), ""};
   if (found.written.empty()) return unsupported(name, "no raster in it");
   add_overviews(*root);
+  CPLXMLNode* const beside = std::exchange(root->psNext, nullptr);  // which the walk did not see
   const std::unique_ptr<char, decltype(&VSIFree)> out(CPLSerializeXMLTree(root), VSIFree);
+  root->psNext = beside;
   found.text = out ? out.get() : "";
   return found;
 }

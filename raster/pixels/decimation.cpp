@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "raster/gdal/formats.h"
 #include "raster/gdal/gdal_scope.h"
 #include "raster/open/dataset.h"
 
 namespace cordillera::raster {
 namespace {
 
-constexpr double kMostDecoded_px = 256e6;                 // a second or two
 constexpr std::int64_t kMostOverviewBlock_px = 16 << 20;  // an overview's header is nobody's promise
 
 /// A band to read from, with its mask, if it has one: the raster's own or an overview's.
@@ -45,7 +45,9 @@ bool has_overviews(const Dataset& dataset) {
   if (dataset.driver != "VRT") return true;
   const CPLStringList files(dataset.handle->GetFileList());  // its own first
   if (files.size() < 2) return true;
-  const GDALDatasetUniquePtr one(GDALDataset::Open(files[1], GDAL_OF_RASTER | GDAL_OF_READONLY, nullptr, nullptr, nullptr));
+  const std::vector<const char*> allowed = allowed_drivers(files[1], dataset.trust, false);
+  const GDALDatasetUniquePtr one(
+      GDALDataset::Open(files[1], GDAL_OF_RASTER | GDAL_OF_READONLY, allowed.data(), nullptr, nullptr));
   return one && one->GetRasterCount() > 0 && one->GetRasterBand(1)->GetOverviewCount() > 0;
 }
 
@@ -131,7 +133,8 @@ proto::Result<Decimation> decimated(const Dataset& dataset, int period, std::int
   out.columns = std::max(1, static_cast<int>(out.covered_columns / step));
   out.rows = std::max(1, static_cast<int>(dataset.rows / step));
   const Image image = image_for(dataset, std::int64_t{out.columns} * out.rows);
-  if (decoded_px(*image.band, out.columns, out.rows) > kMostDecoded_px)
+  out.decoded_px = decoded_px(*image.band, out.columns, out.rows);
+  if (out.decoded_px > kMostDecoded_px)
     return proto::Problem{"raster-too-large",
                           dataset.name + " has no overviews: too much of it would have to be decoded for a first picture",
                           "a raster with overviews", ""};

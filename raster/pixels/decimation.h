@@ -21,7 +21,10 @@ struct Decimation {
   std::vector<std::uint8_t> mask;    ///< one a value, 0: no data; empty: values alone tell
   proto::Source of;                  ///< the raster's own description
   ValueLook look;                    ///< at all of its values
+  double decoded_px = 0;             ///< pixels that had to be decoded for it
 };
+
+inline constexpr double kMostDecoded_px = 256e6;  ///< a second or two
 
 /// Reads at most about `most_pixels`. period: as Placement has it. Problems: "raster-unreadable", and "raster-too-large" for a
 /// raster without overviews of which too much would have to be decoded for so few pixels.

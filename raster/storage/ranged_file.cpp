@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "raster/disk/write_all.h"
+#include "raster/gdal/formats.h"
 
 namespace cordillera::raster {
 namespace {
@@ -31,7 +32,7 @@ struct OneRanged {
 struct AllRanged {
   std::vector<std::unique_ptr<OneRanged>> files;
   std::map<std::string, OneRanged*> by_name, by_path;  ///< GDAL calls back without the prefix
-  std::string vrt;
+  std::string vrt, vrt_state;
   AskRanges ask;
   std::mutex mutex;  ///< of asks, and of here
 };
@@ -43,6 +44,7 @@ std::unique_ptr<AllRanged> g_ranged;
 void have_come(OneRanged& file, std::span<const ByteRange> ranges) {
   if (file.file.whole) return;
   const std::lock_guard lock(g_ranged->mutex);
+  file.here.resize(file.size / kRangeBlock_bytes + 1);  // of those that are read
   std::vector<ByteRange> asked;
   std::uint64_t bytes = 0;
   const auto ask = [&] {
@@ -76,8 +78,9 @@ void have_come(OneRanged& file, std::span<const ByteRange> ranges) {
 
 /// A place in a file, for one who opened it.
 struct RangedCursor {
+  RangedCursor(OneRanged& of, int opened) : file(of), descriptor(opened) {}
   OneRanged& file;
-  int descriptor = -1;
+  int descriptor;
   std::uint64_t at = 0;
   bool at_end = false;
 };
@@ -101,11 +104,24 @@ int stat_ranged(void*, const char* name, VSIStatBufL* found, int) {
   return 0;
 }
 
+bool is_vrt_there() { return !g_ranged->vrt.empty(); }
+
+/// As GDAL sees it: the word may stand anywhere in the first bytes. What a VRT in a VRT names was looked at by nobody.
+bool begins_as_vrt(const RangedCursor& cursor) {
+  const ByteRange head{0, std::min<std::uint64_t>(cursor.file.size, kRangeBlock_bytes)};
+  std::string bytes(head.count, '\0');
+  have_come(cursor.file, {&head, 1});
+  return !read_there(cursor, bytes.data(), 0, bytes.size()) || bytes.find("<VRTDataset") != bytes.npos;
+}
+
 void* open_ranged(void*, const char* name, const char* access) {
   OneRanged* const file = ranged_by_name(name);
   if (file == nullptr || std::strpbrk(access, "wa+") != nullptr) return nullptr;
   const int descriptor = open(file->file.path.c_str(), O_RDONLY | O_CLOEXEC);
-  return descriptor < 0 ? nullptr : new RangedCursor{*file, descriptor};
+  auto cursor = std::make_unique<RangedCursor>(*file, descriptor);
+  if (descriptor >= 0 && !(is_vrt_there() && begins_as_vrt(*cursor))) return cursor.release();
+  if (descriptor >= 0) close(descriptor);
+  return nullptr;
 }
 
 vsi_l_offset tell_ranged(void* file) { return static_cast<RangedCursor*>(file)->at; }
@@ -157,6 +173,8 @@ int close_ranged(void* file) {
 bool read_by_ranges(RangedFiles files) {
   auto all = std::make_unique<AllRanged>();
   all->vrt = std::move(files.vrt);
+  all->vrt_state = std::move(files.vrt_state);
+  if (!all->vrt.empty()) keep_drivers_of_anybody();
   all->ask = std::move(files.ask);
   for (RangedFile& one : files.files) {
     struct stat found {};
@@ -166,7 +184,6 @@ bool read_by_ranges(RangedFiles files) {
     file->number = all->files.size();
     file->size = static_cast<std::uint64_t>(found.st_size);
     file->name = name_for_gdal(file->number, file->file.name);
-    file->here.resize(file->size / kRangeBlock_bytes + 1);
     all->by_name[file->name.substr(std::strlen(kRangedPrefix))] = file.get();
     if (!file->file.whole) all->by_path[file->file.path] = file.get();
     all->files.push_back(std::move(file));
@@ -191,6 +208,8 @@ const RangedFile* ranged_file(const std::string& path) {
   const auto found = g_ranged->by_path.find(path);
   return found == g_ranged->by_path.end() ? nullptr : &found->second->file;
 }
+
+const std::string& state_of_vrt() { return g_ranged->vrt_state; }
 
 bool is_vrt_of_ranged_files(const std::string& path) { return g_ranged && !path.empty() && g_ranged->vrt == path; }
 

@@ -30,7 +30,10 @@ struct RangedFile {
 
 struct RangedFiles {
   std::vector<RangedFile> files;
-  std::string vrt;  ///< the path of a VRT that names them as GDAL is to open them; empty: there is none
+  /// The path of a VRT that names them as GDAL is to open them; empty: there is none. GDAL opens what a VRT names with any of its
+  /// drivers: from then on it has none but those that anybody's rasters are opened with, and none of the files may be a VRT.
+  std::string vrt;
+  std::string vrt_state;  ///< of all that it names
   AskRanges ask;
 };
 
@@ -41,6 +44,8 @@ bool read_by_ranges(RangedFiles files);
 const RangedFile* ranged_file(const std::string& path);
 /// Whether the file is the VRT that names them.
 bool is_vrt_of_ranged_files(const std::string& path);
+/// Of that VRT.
+const std::string& state_of_vrt();
 /// What GDAL is to open the file of that number as. Nothing lies beside it. name: the file's.
 std::string name_for_gdal(std::size_t file, const std::string& name);
 /// file: of ranged_file().

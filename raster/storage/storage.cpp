@@ -162,6 +162,7 @@ std::optional<std::uint64_t> size_of(const std::string& path) {
 
 std::string state_of(const std::string& path) {
   if (const RangedFile* const ranged = ranged_file(path)) return ranged->state;
+  if (is_vrt_of_ranged_files(path)) return state_of_vrt();
   if (is_remote(path)) {
     const GdalScope scope(Trust::operator_file);
     VSIStatBufL stat{};

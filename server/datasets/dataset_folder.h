@@ -19,9 +19,11 @@ inline constexpr const char* kDeletedFile =
 inline constexpr const char* kFetchedFile =
     "fetched.json";  ///< what the server said of the raster that was fetched: whether it is still the same
 
-/// Whether a file's name is one of these three, which stay as long as the folder does.
+inline constexpr const char* kListedFile = "listed.json";  ///< where that was a list: the same of each raster that it names
+
+/// Whether a file's name is one of these, which stay as long as the folder does.
 inline bool is_record(const std::filesystem::path& name) {
-  return name == kRecordFile || name == kDeletedFile || name == kFetchedFile;
+  return name == kRecordFile || name == kDeletedFile || name == kFetchedFile || name == kListedFile;
 }
 
 /// Problems: "storage-full".

@@ -24,7 +24,7 @@ inline bool is_finest_store(const std::string& name) { return name.starts_with(k
 /// The file that says which blocks of a raster are there while it is fetched by ranges. Without it nothing of the raster is.
 inline std::filesystem::path map_of(const std::filesystem::path& raster) { return raster.string() + ".blocks"; }
 
-/// In a dataset's folder: the rasters that the list at its address names, and a note of them.
+/// In a dataset's folder: the rasters that the list at its address names.
 inline constexpr const char* kRasters = "rasters";
 
 struct Layout {

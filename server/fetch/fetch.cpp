@@ -31,8 +31,6 @@ struct FetchBounds {
   Clock::duration grace;  ///< before a host has to keep up
 };
 
-enum class WantedRaster { whole, beginning };
-
 struct FetchOrder {
   const std::string& address;
   const fs::path& file;
@@ -284,7 +282,7 @@ Fetch fetcher(const ServeSettings& settings, limits::Space& space, std::chrono::
 }
 
 Ask asker(const ServeSettings& settings) {
-  return [settings](std::string address, const Print& before) {
+  return [settings](std::string address, const Print& before, const std::function<bool()>& stopped) {
     constexpr std::chrono::seconds kPatience{5};
     const bool object = is_object(address);
     for (int redirects = 0; redirects <= kMostRedirects; ++redirects) {
@@ -292,7 +290,12 @@ Ask asker(const ServeSettings& settings) {
       if (object && before.etag.empty()) return Still::unknown;  // it was copied
       const auto asked = http_address(address);
       if (!asked) return Still::unknown;
-      const Got got = http_get(*asked, [](std::string_view) { return false; }, {before.etag, kPatience});
+      Terms terms;
+      terms.etag = before.etag;
+      terms.patience = kPatience;
+      terms.stopped = stopped;
+      const Got got = http_get(
+          *asked, [](std::string_view) { return false; }, terms);
       if (got.status == 304) return Still::same;
       if (got.status == 200) return compared(print_of(got), before);
       if (got.status == 404 || got.status == 410) return Still::gone;

@@ -16,6 +16,9 @@
 
 namespace cordillera::server::updates {
 
+/// All of it; or of a TIFF whose host sends parts the beginning alone.
+enum class WantedRaster : std::uint8_t { whole, beginning };
+
 /// Fetches rasters from http://, https:// and s3:// addresses within the operator's list; redirects stay within it too. Problems:
 /// "source-unreachable", "body-too-large", "storage-full", "cancelled".
 struct Fetch {
@@ -32,8 +35,9 @@ Fetch fetcher(const ServeSettings& settings, limits::Space& space, std::chrono::
 /// gone: it is not to be had any more, or the operator does not allow it any more. unknown: no answer that says so; and of
 /// an object of s3:// whose storage signs no addresses.
 enum class Still : std::uint8_t { same, changed, gone, unknown };
-/// Asks whether an address has what was fetched from it. Reads none of the raster. May take some seconds.
-using Ask = std::function<Still(const std::string& address, const Print& print)>;
+/// Asks whether an address has what was fetched from it. Reads none of the raster. May take some seconds; stopped: asked a few
+/// times a second, true ends it as "unknown".
+using Ask = std::function<Still(const std::string& address, const Print& print, const std::function<bool()>& stopped)>;
 Ask asker(const ServeSettings& settings);
 
 }  // namespace cordillera::server::updates

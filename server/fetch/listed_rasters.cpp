@@ -1,67 +1,48 @@
 #include "server/fetch/listed_rasters.h"
 
-#include <fstream>
-
-#include "proto/files.h"
 #include "proto/utf8.h"
 #include "raster/disk/write_all.h"
+#include "server/datasets/dataset_folder.h"
 #include "server/datasets/upload.h"
 #include "server/fetch/addresses.h"
+#include "server/http/digest.h"
 
 namespace cordillera::server::updates {
-namespace {
 
 namespace fs = std::filesystem;
-constexpr const char* kNote = "list.json";
 
-/// nullopt: it is not as we write it.
-std::optional<ListedRaster> raster_in(const Json& note) {
-  const auto print = print_in(note);
-  if (!print) return std::nullopt;
-  ListedRaster raster{note.value("address", ""), listed_name(note.value("name", "")), {}, *print};
-  if (!from_json(note.value("options", "{}"), &raster.options)) return std::nullopt;
-  return raster;
+std::string file_of(const proto::ListedRasters& listed, int number) {
+  return std::to_string(number) + suffix_of(listed.rasters(number).name());
 }
 
-}  // namespace
-
-std::string file_of(const ListedRasters& listed, std::size_t number) {
-  return std::to_string(number) + suffix_of(listed.rasters[number].name);
+Print print_of(const proto::ListedRaster& raster) {
+  const double bytes = raster.bytes();
+  const bool is_size = bytes >= 0 && bytes <= 0x1p53;
+  return {plain_header(raster.etag()), plain_header(raster.modified()), is_size ? static_cast<std::uint64_t>(bytes) : 0,
+          raster.ranged()};
 }
 
-proto::Result<void> write_listed(const fs::path& folder, const ListedRasters& listed) {
-  Json note = {{"vrt", listed.vrt}, {"rasters", Json::array()}};
-  for (const ListedRaster& raster : listed.rasters) {
-    Json one = print_json(raster.print);
-    one["address"] = raster.address;
-    one["name"] = raster.name;
-    one["options"] = to_json_line(raster.options);
-    note["rasters"].push_back(std::move(one));
-  }
-  if (raster::write_whole((folder / kNote).string(), note.dump(1, ' ', false, Json::error_handler_t::replace) + "\n").ok())
-    return {};
+void set_print(const Print& print, proto::ListedRaster& raster) {
+  raster.set_etag(proto::as_utf8(print.etag));
+  raster.set_modified(proto::as_utf8(print.modified));
+  raster.set_bytes(static_cast<double>(print.bytes));
+  raster.set_ranged(print.ranged);
+}
+
+std::string state_of(const proto::ListedRaster& raster) { return digest(to_json_line(raster)); }
+
+proto::Result<void> write_listed(const fs::path& folder, const proto::ListedRasters& listed) {
+  if (raster::write_whole((folder / kListedFile).string(), to_json_line(listed) + "\n").ok()) return {};
   return proto::Problem{"storage-full", "the list of rasters cannot be written down", "trying again when there is room", ""};
 }
 
-std::optional<ListedRasters> read_listed(const fs::path& folder) try {
-  constexpr std::uintmax_t kLargest_bytes = std::uintmax_t{32} << 20;
-  const fs::path path = folder / kNote;
-  std::error_code error;
-  if (!fs::is_regular_file(fs::symlink_status(path, error)) || fs::file_size(path, error) > kLargest_bytes) return std::nullopt;
-  const Json note = Json::parse(proto::bytes_of_file(path).value_or(""), nullptr, false);
-  if (!note.is_object() || !note.contains("rasters") || !note["rasters"].is_array()) return std::nullopt;
-  ListedRasters listed{note.value("vrt", false), {}};
-  for (const Json& one : note["rasters"]) {
-    auto raster = raster_in(one);
-    if (!raster || listed.rasters.size() == kMostListed) return std::nullopt;
-    listed.rasters.push_back(std::move(*raster));
-  }
+std::optional<proto::ListedRasters> read_listed(const fs::path& folder) {
+  const auto text = read_note(folder / kListedFile, 2 * kMostListed_bytes);
+  proto::ListedRasters listed;
+  if (!text || !from_json(*text, &listed) || listed.rasters_size() > kMostListed) return std::nullopt;
+  for (proto::ListedRaster& raster : *listed.mutable_rasters()) raster.set_name(listed_name(raster.name()));
   return listed;
-} catch (const Json::exception&) {  // of other types than we wrote
-  return std::nullopt;
 }
-
-std::string listed_state(const fs::path& folder) { return proto::bytes_of_file(folder / kNote).value_or(""); }
 
 std::string listed_address(const std::string& list, const std::string& written) {
   constexpr std::string_view kCurl = "/vsicurl/", kS3 = "/vsis3/";

@@ -1,40 +1,33 @@
 #pragma once
-// The rasters that a list at a dataset's address names, as they are noted in its folder. They lie beside the note, whole or in
-// parts, in kRasters.
+// The rasters that a list at a dataset's address names: the note of them in its folder, and where each of them lies there, whole
+// or in parts.
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <vector>
 
+#include "cordillera.pb.h"
 #include "proto/result.h"
-#include "server/fetch/ranged_source.h"
+#include "server/fetch/print.h"
 
 namespace cordillera::server::updates {
 
-inline constexpr std::size_t kMostListed = 2000;  ///< rasters of a list: each is asked for before the first is read
+inline constexpr int kMostListed = 2000;             ///< rasters of a list: each is asked for before the first is read
+inline constexpr std::size_t kLongestListed = 4096;  ///< bytes of a raster's address
+inline constexpr std::size_t kMostListed_bytes = std::size_t{8} << 20;  ///< of all of them with their options
 
-struct ListedRaster {
-  std::string address;
-  std::string name;  ///< without folders
-  proto::BuildOptions options;
-  Print print;
-};
+/// Where the raster of that number lies, from kRasters.
+std::string file_of(const proto::ListedRasters& listed, int number);
 
-struct ListedRasters {
-  bool vrt = false;  ///< the list is a VRT, which names them by their numbers; else a mosaic of them is built, the first wins
-  std::vector<ListedRaster> rasters;
-};
+/// What is remembered of the raster. Text that no header has is left out: a job could have written the note.
+Print print_of(const proto::ListedRaster& raster);
+void set_print(const Print& print, proto::ListedRaster& raster);
+/// What tells the raster from what stands at its address later.
+std::string state_of(const proto::ListedRaster& raster);
 
-/// Where the raster of that number lies, from the folder of all.
-std::string file_of(const ListedRasters& listed, std::size_t number);
-
-/// folder: of the rasters. Problem: "storage-full".
-proto::Result<void> write_listed(const std::filesystem::path& folder, const ListedRasters& listed);
-/// nullopt: there are none, or it is no note of ours.
-std::optional<ListedRasters> read_listed(const std::filesystem::path& folder);
-
-/// What tells them from others: it changes with each of their prints.
-std::string listed_state(const std::filesystem::path& folder);
+/// folder: of the dataset. Problem: "storage-full".
+proto::Result<void> write_listed(const std::filesystem::path& folder, const proto::ListedRasters& listed);
+/// nullopt: there is none, or it is no note of ours.
+std::optional<proto::ListedRasters> read_listed(const std::filesystem::path& folder);
 
 /// The address of a raster that a list names: as GDAL writes it ("/vsicurl/https://…", "/vsis3/bucket/key"), or a reference
 /// that counts from the list.

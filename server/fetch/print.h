@@ -1,6 +1,7 @@
 #pragma once
 // What of a raster at an address is remembered.
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 
@@ -18,7 +19,12 @@ struct Print {
 
 /// As it is noted in a dataset's folder.
 Json print_json(const Print& print);
-/// nullopt: no such note. A job could have written it, and what it says goes into requests: text that no header has is left out.
+/// nullopt: no such note. A job could have written it, and what it says goes into requests.
 std::optional<Print> print_in(const Json& note);
+/// The text, or nothing where no header has such text.
+std::string plain_header(const std::string& text);
+
+/// What stands in a note of ours; nullopt: there is none, or a longer one. A job could have written it: no link is followed.
+std::optional<std::string> read_note(const std::filesystem::path& file, std::size_t longest);
 
 }  // namespace cordillera::server::updates

@@ -26,17 +26,9 @@ proto::Problem cannot(const std::string& what) { return {"storage-full", what, "
 }  // namespace
 
 std::optional<updates::Print> fetched_print(const fs::path& folder) {
-  // The job could have written there: what is no note of ours is not read.
-  constexpr std::uintmax_t kLargestNote_bytes = 16 << 10;
-  const fs::path path = folder / kFetchedFile;
-  std::error_code error;
-  if (!fs::is_regular_file(fs::symlink_status(path, error)) || fs::file_size(path, error) > kLargestNote_bytes)
-    return std::nullopt;
-  std::ifstream file(path);
-  std::string text(kLargestNote_bytes, '\0');
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(file.gcount()));
-  return updates::print_in(Json::parse(text, nullptr, false));
+  constexpr std::size_t kLongestNote = 16 << 10;
+  const auto note = updates::read_note(folder / kFetchedFile, kLongestNote);
+  return note ? updates::print_in(Json::parse(*note, nullptr, false)) : std::nullopt;
 }
 
 void JobQueue::tell_fetching(const std::string& id) {
@@ -71,11 +63,17 @@ fs::path JobQueue::next_rasters(const std::string& id) const { return layout_.da
 /// Or its beginning and what came of it since; of a list those that it names.
 bool JobQueue::has_raster(const Dataset& dataset) const {
   std::error_code error;
-  const fs::path file = layout_.dataset(dataset.id) / dataset.raster;
-  if (!fs::exists(file, error)) return false;
-  const auto print = fetched_print(file.parent_path());
-  if (print && print->list != updates::read_listed(file.parent_path() / kRasters).has_value()) return false;
-  return fs::exists(map_of(file), error) == (print && print->ranged);
+  const fs::path folder = layout_.dataset(dataset.id);
+  const auto is_there = [&](const fs::path& file, bool ranged) {
+    return fs::exists(file, error) && fs::exists(map_of(file), error) == ranged;
+  };
+  const auto print = fetched_print(folder);
+  if (!is_there(folder / dataset.raster, print && print->ranged)) return false;
+  if (!print || !print->list) return true;
+  const auto listed = updates::read_listed(folder);
+  for (int k = 0; listed && k < listed->rasters_size(); ++k)
+    if (!is_there(folder / kRasters / updates::file_of(*listed, k), listed->rasters(k).ranged())) return false;
+  return listed.has_value();
 }
 
 /// What becomes of a build whose raster could not be read to its end because of where it comes from: another attempt, after a
@@ -148,16 +146,18 @@ proto::Result<void> JobQueue::fetch_raster(const Dataset& dataset, const std::at
   if (const auto written = write_record(folder, dataset); !written) return written;
   log_info("dataset " + dataset.id + ": its raster is fetched");
   tell_fetching(dataset.id);
-  Wanted wanted = is_lazy(dataset) ? Wanted::beginning : Wanted::whole;
+  fs::remove_all(next_rasters(dataset.id), error);  // of a fetch that was ended
+  using updates::WantedRaster;
+  WantedRaster wanted = is_lazy(dataset) ? WantedRaster::beginning : WantedRaster::whole;
   {
     const std::lock_guard lock(mutex_);
-    if (as_whole_.contains(dataset.id)) wanted = Wanted::whole;
+    if (as_whole_.contains(dataset.id)) wanted = WantedRaster::whole;
   }
-  auto print = (wanted == Wanted::whole ? fetch_.whole : fetch_.beginning)(dataset.address, next, stop);
+  auto print = (wanted == WantedRaster::whole ? fetch_.whole : fetch_.beginning)(dataset.address, next, stop);
   if (!print) return print.problem();
-  std::optional<updates::ListedRasters> listed;
+  std::optional<proto::ListedRasters> listed;
   if (!print->ranged) {
-    auto taken = take_list(dataset, next, wanted, stop);
+    auto taken = take_list(dataset, next, stop);
     if (!taken) return taken.problem();
     listed = std::move(*taken);
     print->list = listed.has_value();
@@ -177,6 +177,8 @@ proto::Result<void> JobQueue::fetch_raster(const Dataset& dataset, const std::at
   const std::string note = updates::print_json(*print).dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
   if (!raster::write_whole((folder / kFetchedFile).string(), note).ok())
     return cannot("what was fetched for " + dataset.id + " cannot be written down");
+  fs::remove(folder / kListedFile, error);
+  if (const auto noted = listed ? updates::write_listed(folder, *listed) : proto::Result<void>(); !noted) return noted;
   if (print->ranged) fs::rename(map_of(next), map_of(file), error);
   if (listed && !error) fs::rename(next_rasters(dataset.id), folder / kRasters, error);
   if (error || !raster::put_in_place(next, file))

@@ -1,4 +1,6 @@
 // The queue's part for datasets at whose address stands no raster but a list of rasters, or a VRT of them.
+#include <algorithm>
+#include <chrono>
 #include <fstream>
 
 #include "pipeline/threads/workers.h"
@@ -14,6 +16,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr unsigned kAskedAtOnce = 16;  // rasters: what takes time is waiting for their servers
+constexpr std::chrono::minutes kLongestAsking{10};
+constexpr double kMostClaimed_bytes = 0x1p42;  // of all of them: as for one raster that is fetched in parts
 
 raster::ListKind kind_of(const fs::path& file, const std::string& name) {
   std::string head(512, '\0');
@@ -24,12 +28,16 @@ raster::ListKind kind_of(const fs::path& file, const std::string& name) {
 }
 
 /// What the list says of a raster stands in requests and in a job's options.
-std::optional<proto::Problem> refused(const updates::Fetch& fetch, const updates::ListedRaster& raster, const std::string& list) {
-  const auto allowed = fetch.allowed(raster.address);
-  std::optional<proto::Problem> problem = check_names(raster.options);
+std::optional<proto::Problem> refused(const updates::Fetch& fetch, const proto::ListedRaster& raster, const std::string& list) {
+  const auto allowed = fetch.allowed(raster.address());
+  std::optional<proto::Problem> problem = check_names(raster.options());
   if (!allowed) problem = allowed.problem();
-  if (problem) problem->detail = "of " + raster.name + ", which " + list + " names: " + problem->detail;
+  if (problem) problem->detail = "of " + raster.name() + ", which " + list + " names: " + problem->detail;
   return problem;
+}
+
+proto::Problem too_much(const std::string& what, const std::string& most) {
+  return {"sources-invalid", "the rasters of the list " + what, most, "source"};
 }
 
 }  // namespace
@@ -47,69 +55,88 @@ std::optional<proto::Problem> refuse_list(const fs::path& file, const std::strin
 
 /// file: what was fetched, still under another name. The rasters of a list then lie beside it, in a folder of such a name.
 /// nullopt: it is a raster.
-proto::Result<std::optional<updates::ListedRasters>> JobQueue::take_list(const Dataset& dataset, const fs::path& file,
-                                                                         Wanted wanted, const std::atomic<bool>& stop) {
+proto::Result<std::optional<proto::ListedRasters>> JobQueue::take_list(const Dataset& dataset, const fs::path& file,
+                                                                       const std::atomic<bool>& stop) {
   const std::string name = updates::listed_name(dataset.address);
   const raster::ListKind kind = kind_of(file, name);
-  if (kind == raster::ListKind::none) return std::optional<updates::ListedRasters>();
+  if (kind == raster::ListKind::none) return std::optional<proto::ListedRasters>();
   proto::Job job = job_of(dataset);
   job.set_name(name);
   job.set_raster(file.filename().string());
   job.set_list(true);
   job.set_vrt(kind == raster::ListKind::vrt);
-  const auto specs = read_list(dataset, job, stop);
-  if (!specs) return specs.problem();
-  if (specs->empty()) return std::optional<updates::ListedRasters>();
-  updates::ListedRasters listed{job.vrt(), {}};
-  for (const proto::SourceSpec& spec : *specs) {
-    listed.rasters.push_back(
-        {updates::listed_address(dataset.address, spec.path()), updates::listed_name(spec.path()), spec.options(), {}});
-    if (auto problem = refused(fetch_, listed.rasters.back(), name)) return *problem;
+  auto listed = read_list(dataset, job, stop);
+  if (!listed) return listed.problem();
+  if (listed->rasters().empty()) return std::optional<proto::ListedRasters>();
+  listed->set_vrt(job.vrt());
+  for (proto::ListedRaster& raster : *listed->mutable_rasters()) {
+    raster.set_name(updates::listed_name(raster.address()));
+    raster.set_address(updates::listed_address(dataset.address, raster.address()));
+    if (auto problem = refused(fetch_, raster, name)) return *problem;
   }
-  log_info("dataset " + dataset.id + ": " + name + " names " + std::to_string(listed.rasters.size()) + " rasters");
-  if (auto begun = begin_listed(listed, next_rasters(dataset.id), wanted, stop); !begun) return begun.problem();
-  return std::optional(std::move(listed));
+  log_info("dataset " + dataset.id + ": " + name + " names " + std::to_string(listed->rasters_size()) + " rasters");
+  if (auto begun = begin_listed(*listed, next_rasters(dataset.id), stop); !begun) return begun.problem();
+  return std::optional(std::move(*listed));
 }
 
 /// As it is told by a job: what a stranger wrote is read where it can do no harm.
-proto::Result<std::vector<proto::SourceSpec>> JobQueue::read_list(const Dataset& dataset, proto::Job job,
-                                                                  const std::atomic<bool>& stop) {
+proto::Result<proto::ListedRasters> JobQueue::read_list(const Dataset& dataset, proto::Job job, const std::atomic<bool>& stop) {
   const fs::path folder = layout_.dataset(dataset.id);
   limit(job, folder);
   if (!write_job(folder, job)) return cannot_write_job(folder);
-  std::vector<proto::SourceSpec> specs;
+  proto::ListedRasters listed;
+  std::size_t bytes = 0;
   const auto outcome = runner_(
       folder,
       [&](const proto::Progress& progress) {
-        if (progress.has_listed() && specs.size() < updates::kMostListed) specs.push_back(progress.listed());
+        if (!progress.has_listed() || bytes > updates::kMostListed_bytes) return;
+        bytes += progress.listed().ByteSizeLong();
+        if (bytes <= updates::kMostListed_bytes) *listed.add_rasters() = progress.listed();
       },
       stop);
   if (!outcome) return outcome.problem();
-  return specs;
+  if (listed.rasters_size() > updates::kMostListed || bytes > updates::kMostListed_bytes)
+    return too_much("and their options take more than 8 MiB, or are more than " + std::to_string(updates::kMostListed),
+                    "a shorter list");
+  return listed;
 }
 
-/// All of them, or their beginnings, into the folder, with the note of them.
-proto::Result<void> JobQueue::begin_listed(updates::ListedRasters& listed, const fs::path& folder, Wanted wanted,
+/// All of them, or their beginnings, into the folder. Servers have so long, and what is copied whole so much room, for all of
+/// them together as for one raster.
+proto::Result<void> JobQueue::begin_listed(proto::ListedRasters& listed, const fs::path& folder,
                                            const std::atomic<bool>& stop) const {
   std::error_code error;
-  fs::remove_all(folder, error);
   fs::create_directories(folder, error);
   if (error) return cannot_write_job(folder.parent_path());
-  std::vector<std::optional<proto::Problem>> problems(listed.rasters.size());
+  const auto count = static_cast<std::size_t>(listed.rasters_size());
+  std::vector<std::optional<proto::Problem>> problems(count);
   std::atomic<bool> over{false};
-  const auto& fetch = wanted == Wanted::whole ? fetch_.whole : fetch_.beginning;
-  const auto most = std::min<std::size_t>(kAskedAtOnce, listed.rasters.size());
-  pipeline::Workers(static_cast<unsigned>(most)).each(listed.rasters.size(), [&](std::size_t k, unsigned) {
-    if (over) return;
-    auto print = fetch(listed.rasters[k].address, folder / updates::file_of(listed, k), stop);
-    if (print)
-      listed.rasters[k].print = *print;
-    else
-      problems[k] = print.problem(), over = true;
+  std::atomic<std::uint64_t> copied{0};
+  const std::uint64_t most = std::uint64_t{limits_.body_mib} << 20;
+  const auto end = std::chrono::steady_clock::now() + kLongestAsking;
+  const auto begin = [&](std::size_t k) -> std::optional<proto::Problem> {
+    proto::ListedRaster& raster = *listed.mutable_rasters(static_cast<int>(k));
+    if (std::chrono::steady_clock::now() > end)
+      return too_much("did not answer within ten minutes", "fewer rasters, or nearer ones");
+    const fs::path file = folder / updates::file_of(listed, static_cast<int>(k));
+    const auto print = fetch_.beginning(raster.address(), file, stop);
+    if (!print) return print.problem();
+    updates::set_print(*print, raster);
+    std::error_code gone;
+    if (!print->ranged && (copied += fs::file_size(file, gone)) > most)
+      return too_much("that are not read by ranges have more than " + std::to_string(limits_.body_mib) + " MiB together",
+                      "GeoTIFFs on a server that sends ranges, or fewer rasters");
+    return std::nullopt;
+  };
+  pipeline::Workers(static_cast<unsigned>(std::min<std::size_t>(kAskedAtOnce, count))).each(count, [&](std::size_t k, unsigned) {
+    if (!over && (problems[k] = begin(k))) over = true;
   });
   for (const auto& problem : problems)
     if (problem) return *problem;
-  return updates::write_listed(folder, listed);
+  double claimed = 0;
+  for (const proto::ListedRaster& raster : listed.rasters()) claimed += raster.ranged() ? raster.bytes() : 0;
+  if (claimed > kMostClaimed_bytes) return too_much("have more than 4 TiB together", "fewer or smaller rasters");
+  return {};
 }
 
 /// What a job of the dataset reads as it comes; null: its rasters are there. The job is told of those that a list names.
@@ -118,17 +145,19 @@ std::unique_ptr<updates::RangedSources> JobQueue::sources_of(const Dataset& data
   const auto print = dataset.address.empty() ? std::nullopt : fetched_print(folder);
   std::vector<updates::RangedSource::Place> places;
   if (print && print->ranged) places.push_back({dataset.address, folder / dataset.raster, *print});
-  const auto listed = print && print->list ? updates::read_listed(folder / kRasters) : std::nullopt;
-  for (std::size_t k = 0; listed && k < listed->rasters.size(); ++k) {
-    const updates::ListedRaster& raster = listed->rasters[k];
+  const auto listed = print && print->list ? updates::read_listed(folder) : std::nullopt;
+  for (int k = 0; listed && k < listed->rasters_size(); ++k) {
+    const proto::ListedRaster& noted = listed->rasters(k);
     const fs::path file = fs::path(kRasters) / updates::file_of(*listed, k);
-    proto::SourceSpec& spec = *job.add_rasters();
-    spec.set_path(file.string());
-    spec.set_name(raster.name);
-    *spec.mutable_options() = raster.options;
-    places.push_back({raster.address, folder / file, raster.print});
+    proto::JobRaster& raster = *job.add_rasters();
+    raster.set_path(file.string());
+    raster.set_name(noted.name());
+    *raster.mutable_options() = noted.options();
+    raster.set_ranged(noted.ranged());
+    raster.set_state(updates::state_of(noted));
+    places.push_back({noted.address(), folder / file, updates::print_of(noted)});
   }
-  job.set_vrt(listed && listed->vrt);
+  job.set_vrt(listed && listed->vrt());
   const bool any = std::any_of(places.begin(), places.end(), [](const auto& place) { return place.print.ranged; });
   return any ? std::make_unique<updates::RangedSources>(fetch_.rest, std::move(places)) : nullptr;
 }

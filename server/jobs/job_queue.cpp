@@ -111,11 +111,12 @@ void JobQueue::look_ahead(const std::string& id) {
     for (auto& [other, job] : running_)
       if (job.work == Work::look && job.shows) give_way(job);
   }
-  boost::asio::post(looks_, [this, id, first] {
-    if (first) {
-      const std::lock_guard lock(mutex_);
-      --first_looks_;
-    }
+  auto waits = std::shared_ptr<void>(nullptr, [this, first](void*) {  // however the wait ends
+    const std::lock_guard lock(mutex_);
+    if (first) --first_looks_;
+  });
+  boost::asio::post(looks_, [this, id, waits]() mutable {
+    waits.reset();
     try {
       if (look_at(id) == Next::again) look_ahead(id);
     } catch (const std::exception& error) {  // as in enqueue()
@@ -247,17 +248,16 @@ std::shared_ptr<std::atomic<bool>> JobQueue::begin(const std::string& id, Work w
   return {flag.release(), std::move(over)};
 }
 
-/// Ends a first look at this dataset's raster, if there is one: its build would lose its turn to it, and looks for itself. A
-/// fetch ahead of the build is its first step, and waited for.
+/// Ends a first look at this dataset's raster, if there is one: its build would lose its turn to it, and looks for itself.
 void JobQueue::end_look(const std::string& id) {
   std::unique_lock lock(mutex_);
-  const auto before = [&] {
+  const auto looks = [&] {
     const auto found = running_.find(id);
-    const bool any = found != running_.end() && (found->second.work == Work::look || found->second.work == Work::fetch);
-    if (any && found->second.work == Work::look) *found->second.stop = true;
-    return any;
+    return found != running_.end() && found->second.work == Work::look;
   };
-  ended_.wait(lock, [&] { return !before(); });
+  if (!looks()) return;
+  *running_.at(id).stop = true;
+  ended_.wait(lock, [&] { return !looks(); });
 }
 
 void JobQueue::show_provisional(const std::string& id) {
@@ -270,8 +270,8 @@ JobQueue::Next JobQueue::run(const Turn& turn) {
   const int attempt = turn.attempt;
   end_look(id);
   const auto flag = begin(id, Work::build);
-  // Another change of the same dataset is being done, and that thread may be about to end, or only wait for looks: look again
-  // soon.
+  // Another change of the same dataset is being done, or its raster is fetched, and that thread may be about to end, or only wait
+  // for looks: look again soon.
   if (!flag) return ask_to_end(id), later(kLookAgain, turn), Next::done;
   // Deleting takes the row away first: either it is gone here, or the delete finds this job in running_.
   Row dataset = registry_.find(id);

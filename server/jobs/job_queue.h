@@ -142,13 +142,12 @@ class JobQueue {
   std::optional<Next> have_raster(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop);
   proto::Result<void> fetch_raster(const Dataset& dataset, const std::atomic<bool>& stop);
   bool has_raster(const Dataset& dataset) const;
-  enum class Wanted { whole, beginning };
   std::filesystem::path next_rasters(const std::string& id) const;
   // Of a list of rasters that stands at an address in place of one.
-  proto::Result<std::optional<updates::ListedRasters>> take_list(const Dataset& dataset, const std::filesystem::path& file,
-                                                                 Wanted wanted, const std::atomic<bool>& stop);
-  proto::Result<std::vector<proto::SourceSpec>> read_list(const Dataset& dataset, proto::Job job, const std::atomic<bool>& stop);
-  proto::Result<void> begin_listed(updates::ListedRasters& listed, const std::filesystem::path& folder, Wanted wanted,
+  proto::Result<std::optional<proto::ListedRasters>> take_list(const Dataset& dataset, const std::filesystem::path& file,
+                                                               const std::atomic<bool>& stop);
+  proto::Result<proto::ListedRasters> read_list(const Dataset& dataset, proto::Job job, const std::atomic<bool>& stop);
+  proto::Result<void> begin_listed(proto::ListedRasters& listed, const std::filesystem::path& folder,
                                    const std::atomic<bool>& stop) const;
   std::unique_ptr<updates::RangedSources> sources_of(const Dataset& dataset, proto::Job& job) const;
   std::optional<Next> fetch_again(const Dataset& dataset, const proto::Problem& why, const Turn& turn);

@@ -19,7 +19,7 @@ std::uint64_t bytes_of_rasters(const std::filesystem::path& folder, const proto:
     if (!error) bytes += size;
   };
   if (!job.raster().empty()) add(folder / job.raster());
-  for (const proto::SourceSpec& raster : job.rasters()) add(folder / raster.path());
+  for (const proto::JobRaster& raster : job.rasters()) add(folder / raster.path());
   for (const auto& entry : std::filesystem::directory_iterator(folder / updates::kSources, error)) add(entry.path());
   return bytes;
 }

@@ -91,8 +91,10 @@ void LiveCache::release_places() {
     Entry& entry = at->second;
     const Row row = parts_.registry.find(at->first);
     std::error_code error;
-    const bool waits = row && entry.place && (row->state == State::queued || row->state == State::running) &&
-                       !fs::exists(parts_.layout.dataset(at->first) / row->raster, error);
+    // It may have been fetched ahead of its turn.
+    const bool waits = row && entry.place &&
+                       (row->state == State::queued ||
+                        (row->state == State::running && !fs::exists(parts_.layout.dataset(at->first) / row->raster, error)));
     if (!waits && entry.place) over.push_back(std::move(entry.place)), entry.place = nullptr;
     at = row ? std::next(at) : entries_.erase(at);
   }
@@ -181,6 +183,8 @@ void LiveCache::forget_files(const Dataset& dataset) const {
   pipeline::remove_store((parts_.layout.dataset(dataset.id) / updates::kNextStore).string());
   pipeline::remove_store(parts_.layout.provisional(dataset.id).string());
   std::error_code ignored;
+  // Before its map and what it names: without it nothing of them is looked at.
+  if (!dataset.address.empty()) fs::remove(parts_.layout.dataset(dataset.id) / dataset.raster, ignored);
   for (const auto& entry : fs::directory_iterator(parts_.layout.dataset(dataset.id), ignored)) {
     const fs::path name = entry.path().filename();
     const bool goes = dataset.address.empty() ? is_finest_store(name.string()) : !is_record(name);
@@ -259,29 +263,29 @@ void LiveCache::keep_within(const std::stop_token& stop) {
   }
 }
 
-/// What has become of some of the rasters that the dataset's list names, if it has one: of the next ones each time, for there may
-/// be thousands. unknown: of none of those it is known to be another.
-updates::Still LiveCache::ask_listed(const std::string& id) {
+/// What has become of some of the rasters that the dataset's list names: of the next ones each time, for there may be thousands.
+/// unknown: of those that were asked for, it is not known that one is another.
+updates::Still LiveCache::ask_listed(const std::string& id, const std::stop_token& stop) {
   using updates::Still;
-  constexpr std::size_t kAtOnce = 16;
-  const auto listed = updates::read_listed(parts_.layout.dataset(id) / kRasters);
-  if (!listed || listed->rasters.empty()) return Still::same;
-  const std::size_t count = listed->rasters.size();
-  std::size_t first = 0;
+  constexpr int kAtOnce = 16;
+  constexpr std::chrono::seconds kLongest{10};  // others wait to be asked
+  const auto listed = updates::read_listed(parts_.layout.dataset(id));
+  if (!listed || listed->rasters().empty()) return Still::changed;  // nothing is known of them any more
+  const int count = listed->rasters_size();
+  int first = 0;
   {
     const std::lock_guard lock(mutex_);
     Entry& entry = entries_[id];
-    first = entry.next_listed;
-    entry.next_listed = (first + kAtOnce) % count;
+    first = entry.next_listed % count;
+    entry.next_listed = first + kAtOnce;
   }
-  Still all = Still::same;
-  for (std::size_t k = 0; k < std::min(kAtOnce, count); ++k) {
-    const updates::ListedRaster& raster = listed->rasters[(first + k) % count];
-    const Still still = parts_.ask(raster.address, raster.print);
-    if (still == Still::changed || still == Still::gone) return still;
-    if (still == Still::unknown) all = still;
+  const auto stopped = [&stop, end = Clock::now() + kLongest] { return stop.stop_requested() || Clock::now() > end; };
+  for (int k = 0; k < std::min(kAtOnce, count); ++k) {
+    const proto::ListedRaster& raster = listed->rasters((first + k) % count);
+    const Still still = parts_.ask(raster.address(), updates::print_of(raster), stopped);
+    if (still != Still::same) return still;
   }
-  return all;
+  return Still::same;
 }
 
 void LiveCache::ask_addresses(const std::stop_token& stop) {
@@ -298,10 +302,10 @@ void LiveCache::ask_addresses(const std::stop_token& stop) {
       // Of one that is still fetched for the first time there is nothing to compare with, and its fetch is under way.
       const bool is_coming = row && !print && (row->state == State::queued || row->state == State::running);
       updates::Still still = !row || is_coming ? updates::Still::unknown
-                             : print           ? parts_.ask(row->address, *print)
+                             : print           ? parts_.ask(row->address, *print, [&stop] { return stop.stop_requested(); })
                                                : updates::Still::changed;
       if (print && print->list && still != updates::Still::changed && still != updates::Still::gone)
-        if (const auto listed = ask_listed(id); listed != updates::Still::same) still = listed;
+        if (const auto listed = ask_listed(id, stop); listed != updates::Still::same) still = listed;
       constexpr const char* kOutcomes[] = {"same", "changed", "gone", "unknown"};
       if (row) parts_.metrics.live_asked.add(1, {kOutcomes[static_cast<std::size_t>(still)]});
       if (still == updates::Still::changed || still == updates::Still::gone) {

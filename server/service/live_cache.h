@@ -63,7 +63,7 @@ class LiveCache {
   struct Entry {
     Clock::time_point read{}, asked{}, begun{};  ///< when, and when its raster was last sent for
     bool asleep = false, woken = false;
-    std::size_t next_listed = 0;  ///< of the rasters that a list names: the next that is asked for again
+    int next_listed = 0;  ///< of the rasters that a list names: the next that is asked for again
     limits::Slot place;
   };
   struct Kept {
@@ -79,7 +79,7 @@ class LiveCache {
   void forget_files(const Dataset& dataset) const;
   void keep_within(const std::stop_token& stop);
   void ask_addresses(const std::stop_token& stop);
-  updates::Still ask_listed(const std::string& id);
+  updates::Still ask_listed(const std::string& id, const std::stop_token& stop);
 
   const Parts parts_;
   std::mutex making_;  ///< one dataset after the other

@@ -6,6 +6,7 @@
 
 #include <tuple>
 
+#include "server/datasets/dataset_folder.h"
 #include "server/fetch/fetch.h"
 #include "server/fetch/listed_rasters.h"
 #include "tests/server/fixture.h"
@@ -242,25 +243,32 @@ TEST(ListedRasters, AddressesCountFromTheirList) {
 TEST(ListedRasters, ANoteIsReadAsItWasWrittenAndNoOther) {
   const TempFolder folder;
   EXPECT_FALSE(read_listed(folder.path()));
-  ListedRasters listed{true,
-                       {{"https://h.example/a.tif?x=1", "a.tif", {}, {"\"t\"", "", 70000, true}}, {"s3://b/c", "c", {}, {}}}};
-  listed.rasters[0].options.set_nodata("-1");
+  proto::ListedRasters listed;
+  listed.set_vrt(true);
+  proto::ListedRaster& first = *listed.add_rasters();
+  first.set_address("https://h.example/a.tif?x=1");
+  first.set_name("a.tif");
+  first.mutable_options()->set_nodata("-1");
+  set_print({"\"t\"", "", 70000, true}, first);
+  listed.add_rasters()->set_name("c");
   ASSERT_TRUE(write_listed(folder.path(), listed));
   const auto read = read_listed(folder.path());
   ASSERT_TRUE(read);
-  EXPECT_TRUE(read->vrt);
-  ASSERT_EQ(read->rasters.size(), 2u);
-  EXPECT_EQ(read->rasters[0].address, "https://h.example/a.tif?x=1");
-  EXPECT_EQ(read->rasters[0].options.nodata(), "-1");
-  EXPECT_EQ(read->rasters[0].print.bytes, 70000u);
-  EXPECT_TRUE(read->rasters[0].print.ranged);
+  EXPECT_EQ(read->rasters(0).SerializeAsString(), first.SerializeAsString());
+  EXPECT_EQ(print_of(read->rasters(0)).bytes, 70000u);
   EXPECT_EQ(file_of(*read, 0), "0.tif");
   EXPECT_EQ(file_of(*read, 1), "1");
-  for (const char* other :
-       {"", "[]", "{}", "{\"rasters\": [3]}", "{\"rasters\": [{\"address\": 3}]}", "{\"rasters\": 7, \"vrt\": 1}"}) {
-    std::ofstream(folder.path() / "list.json") << other;
-    EXPECT_FALSE(read_listed(folder.path())) << other;
+  const std::string state = state_of(first);
+  first.set_etag("\"u\"\r\nX: 1");
+  EXPECT_NE(state_of(first), state);
+  EXPECT_EQ(print_of(first).etag, "") << "no header has that";
+  for (const std::string& other : {std::string(), std::string("[]"), std::string(R"({"rasters": [3]})"),
+                                   std::string(R"({"rasters": 7})"), "{\"rasters\": " + std::string(1 << 20, '[')}) {
+    std::ofstream(folder.path() / kListedFile) << other;
+    EXPECT_FALSE(read_listed(folder.path())) << other.substr(0, 40);
   }
+  std::filesystem::resize_file(folder.path() / kListedFile, std::uintmax_t{1} << 30);
+  EXPECT_FALSE(read_listed(folder.path())) << "longer than any of ours";
 }
 
 TEST(ContentRange, IsReadAsItIsWritten) {

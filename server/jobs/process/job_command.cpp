@@ -138,7 +138,7 @@ proto::Result<void> build_job(const proto::Job& job, const std::filesystem::path
   request.id = job.id();
   request.store_path = (folder / kStoreFile).string();
   request.options = job.options();
-  auto members = examine_listed(job, folder, large);
+  auto members = examine_listed(job, large);
   if (!members) return members.problem();
   request.members = std::move(*members);
   if (const auto refused = look_at(job, request, folder, sink)) return *refused;
@@ -167,7 +167,7 @@ std::uint64_t bytes_to_leave(const std::filesystem::path& folder, std::uint32_t 
 
 }  // namespace
 
-int job_main(const std::string& folder, int parent, std::uint32_t free_percent) {
+int job_main(const std::string& given, int parent, std::uint32_t free_percent) {
   // From here on this process ends with its parent; the parent may have ended before.
   prctl(PR_SET_PDEATHSIG, SIGKILL, 0, 0, 0);
   if (parent != 0 && getppid() != parent) return 1;
@@ -175,13 +175,13 @@ int job_main(const std::string& folder, int parent, std::uint32_t free_percent) 
   signal(SIGPIPE, SIG_IGN);
   signal(SIGXFSZ, SIG_IGN);
   stop_on({SIGTERM}, SecondTime::asks_again);
-  const auto text = proto::bytes_of_file(std::filesystem::path(folder) / kJobFile);
+  const std::filesystem::path folder = std::filesystem::absolute(given);  // the process's own folder may become another
+  const auto text = proto::bytes_of_file(folder / kJobFile);
   proto::Job job;
   if (!text || !from_json(*text, &job)) return fail({"internal", "the job's description cannot be read", "", ""});
   raster::keep_free(bytes_to_leave(folder, free_percent));
-  if (!have_rasters(job, folder)) return fail({"internal", "the job's raster cannot be read", "", ""});
   if (const auto missing = make_temporary_folder(folder)) return fail(*missing);
-  const bool confined = restrict_process(job, std::filesystem::absolute(folder), *job.mutable_options());
+  const bool confined = restrict_process(job, folder, *job.mutable_options());
   const proto::Problem starved = out_of_memory(job.options(), job.name());
   if (!confined) {
     if (memory_is_short()) return fail(starved);  // the list of calls takes some
@@ -190,6 +190,7 @@ int job_main(const std::string& folder, int parent, std::uint32_t free_percent) 
   }
   on_out_of_memory(kReportDescriptor, to_json_line(failure(starved)) + "\n");
   try {
+    if (!have_rasters(job, folder)) return fail({"internal", "the job's raster cannot be read", "", ""});
     const auto built = build_job(job, folder);
     if (built.ok()) return 0;
     return fail(memory_is_short() ? starved : built.problem());

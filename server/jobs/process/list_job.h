@@ -16,11 +16,11 @@ namespace cordillera::server {
 proto::Result<void> report_listed(const proto::Job& job, const std::filesystem::path& folder,
                                   const std::function<void(const proto::Progress&)>& report);
 
-/// From here on rasters that are there in parts are asked for as they are read. False: one is not there at all.
+/// From here on rasters that are there in parts are asked for as they are read. The folder of a list's becomes the process's own.
+/// False: one is not there at all.
 bool have_rasters(const proto::Job& job, const std::filesystem::path& folder);
 
-/// The rasters of a list, the one that wins first; none where the job has one raster.
-proto::Result<std::vector<raster::MosaicMember>> examine_listed(const proto::Job& job, const std::filesystem::path& folder,
-                                                                const updates::SizeCheck& too_large);
+/// The rasters of a list, the one that wins first; none where the job has one raster. After have_rasters(). check: of each.
+proto::Result<std::vector<raster::MosaicMember>> examine_listed(const proto::Job& job, const updates::SizeCheck& check);
 
 }  // namespace cordillera::server
