@@ -17,8 +17,8 @@ Extent extent_of(const proto::Manifest& manifest);
 /// "-180,-90,180,90": how archives write boxes and places.
 std::string with_commas(std::initializer_list<double> values);
 
-/// Where a client that trusts the archive begins: the middle of the data, and the zoom at which that is about two tiles of a square
-/// pyramid wide or high.
+/// Where a client that trusts the archive begins: the middle of the data, and the zoom at which that is about two tiles of a
+/// square pyramid wide or high.
 struct View {
   double longitude_deg = 0, latitude_deg = 0;
   int zoom = 0;
