@@ -116,7 +116,10 @@ Keys add_blocks(const Namer& namer, proto::WorkPlan& work) {
   const std::int64_t seam = raster::feather_vertices(work.options().feather(), lattice) +
                             raster::fill_reach(raster::fill_limit_cells(work.options())) +
                             (pixels_within_m(plan) > 0 ? raster::kProjectionReach : 0);
-  const std::int64_t beside = rim_reach(lattice, level) + (work.sources_size() > 1 ? seam : 0);
+  std::int64_t reach = 0;
+  for (const proto::PlannedSource& source : work.sources())
+    reach = std::max(reach, raster::reach_beyond(source.description(), lattice));
+  const std::int64_t beside = rim_reach(lattice, level) + (work.sources_size() > 1 ? seam + reach : 0);
   std::vector<raster::Source::Window> windows;
   for (const proto::PlannedSource& source : work.sources()) windows.push_back(raster::coarser(member_of(source).window, lattice));
   const raster::WindowIndex rasters(std::move(windows), lattice);

@@ -11,6 +11,7 @@
 #include "proto/integers.h"
 #include "proto/lru.h"
 #include "raster/mosaic/blend.h"
+#include "raster/mosaic/same_grid.h"
 #include "raster/storage/storage.h"
 
 namespace cordillera::raster {
@@ -182,15 +183,83 @@ class Mosaic final : public Source {
     return owners;
   }
 
-  proto::Result<Source*> opened(std::size_t member) {
-    if (const auto open = open_.find(member)) return open->get();
+  using Opened = std::shared_ptr<RasterSource>;  ///< held by who works with it: others are opened meanwhile
+  proto::Result<Opened> opened(std::size_t member) {
+    if (auto open = open_.find(member)) return *open;
     const MosaicMember& m = members_[member];
     auto source = m.decimation ? open_decimated(m.path, m.name, m.trust, m.options, m.decimation)
                                : open_source(m.path, m.name, m.trust, m.options);
     if (!source.ok()) return source.problem();
-    const std::shared_ptr<Source> kept = std::move(*source);
+    const Opened kept(&dynamic_cast<RasterSource&>(*source->release()));  // what these give
+    if (members_.size() > 1 && m.description.pixel() == "area")
+      kept->set_beyond([this, member](const PixelWindow& window, std::vector<double>& heights) {
+        return read_beyond(member, window, heights);
+      });
     open_.keep(member, kept, 1);
-    return kept.get();
+    return kept;
+  }
+
+  /// A member whose pixels go on those of another.
+  struct Neighbour {
+    std::size_t member = 0;
+    PixelShift shift;
+  };
+  proto::Result<std::vector<Neighbour>> neighbours_of(std::size_t member) {
+    const auto known = neighbours_.find(member);
+    if (known != neighbours_.end()) return known->second;
+    const proto::Source& own = members_[member].description;
+    constexpr std::int64_t kBeside = 2;
+    const Window& w = members_[member].window;
+    const Window wide{w.west - kBeside, w.south - kBeside, w.east + kBeside, w.north + kBeside};
+    std::vector<Neighbour> found;
+    for (std::size_t k = 0; k < members_.size(); ++k) {
+      if (k == member || !may_share_grid(own, members_[k].description) || !touch(members_[k].window, wide, kMemberLattice))
+        continue;
+      const auto self = opened(member), other = opened(k);
+      if (!self.ok()) return self.problem();
+      if (!other.ok()) return other.problem();
+      if (const auto shift = shift_on_grid(**self, **other)) found.push_back({k, *shift});
+    }
+    return neighbours_[member] = std::move(found);
+  }
+
+  /// Pixels of the window beyond the member's sides, from those that go on with them: of the first that has one.
+  proto::Result<void> read_beyond(std::size_t member, const PixelWindow& window, std::vector<double>& heights) {
+    const auto neighbours = neighbours_of(member);
+    if (!neighbours.ok()) return neighbours.problem();
+    const std::int64_t columns = members_[member].description.columns(), rows = members_[member].description.rows(),
+                       most = kMostBeyond_px;
+    const std::int64_t west = std::max(window.x, -most), east = std::min(window.x + window.columns, columns + most),
+                       top = std::max(window.y, -most), bottom = std::min(window.y + window.rows, rows + most);
+    struct Strip {
+      std::int64_t x0, y0, x1, y1;
+    };
+    const std::int64_t y0 = std::max<std::int64_t>(top, 0), y1 = std::min(bottom, rows);
+    const Strip strips[] = {{west, top, east, std::min<std::int64_t>(bottom, 0)},
+                            {west, std::max(top, rows), east, bottom},
+                            {west, y0, std::min<std::int64_t>(east, 0), y1},
+                            {std::max(west, columns), y0, east, y1}};
+    std::vector<double> part;
+    for (const Neighbour& next : *neighbours) {
+      const proto::Source& of = members_[next.member].description;
+      for (const Strip& strip : strips) {
+        const std::int64_t x0 = std::max(strip.x0, next.shift.x),
+                           x1 = std::min<std::int64_t>(strip.x1, next.shift.x + of.columns());
+        const std::int64_t r0 = std::max(strip.y0, next.shift.y), r1 = std::min<std::int64_t>(strip.y1, next.shift.y + of.rows());
+        if (x0 >= x1 || r0 >= r1) continue;
+        const auto other = opened(next.member);
+        if (!other.ok()) return other.problem();
+        const PixelWindow theirs{x0 - next.shift.x, r0 - next.shift.y, static_cast<int>(x1 - x0), static_cast<int>(r1 - r0)};
+        if (auto done = (*other)->own_pixels(theirs, part); !done.ok()) return done;
+        for (std::int64_t y = r0; y < r1; ++y) {
+          for (std::int64_t x = x0; x < x1; ++x) {
+            double& height = heights[static_cast<std::size_t>((y - window.y) * window.columns + (x - window.x))];
+            if (std::isnan(height)) height = part[static_cast<std::size_t>((y - r0) * theirs.columns + (x - x0))];
+          }
+        }
+      }
+    }
+    return {};
   }
 
   /// A pole is one point: all of its row that has data gets the height of the first raster that has it, wherever that lies.
@@ -241,8 +310,9 @@ class Mosaic final : public Source {
   std::vector<MosaicMember> members_;
   double feather_m_;
   proto::Source description_;
-  proto::Lru<std::size_t, std::shared_ptr<Source>> open_{kOpenMembers};  ///< each counts one
-  std::map<std::pair<int, std::int64_t>, std::int32_t> pole_heights_;    ///< by level and row
+  proto::Lru<std::size_t, std::shared_ptr<RasterSource>> open_{kOpenMembers};  ///< each counts one
+  std::map<std::size_t, std::vector<Neighbour>> neighbours_;           ///< by member, of those that were read beyond their sides
+  std::map<std::pair<int, std::int64_t>, std::int32_t> pole_heights_;  ///< by level and row
 };
 
 double cosine(double latitude_deg) { return std::max(std::cos(latitude_deg / 180 * std::numbers::pi), 1e-6); }
@@ -305,6 +375,16 @@ bool touch(const Window& a, const Window& b, const proto::Lattice& lattice) {
 int feather_vertices(double feather_m, const proto::Lattice& lattice) {
   const double cell_m = proto::cell_height_m(lattice, lattice.rows() / 2);
   return static_cast<int>(std::clamp(std::nearbyint(feather_m / cell_m), 0.0, static_cast<double>(kMostFeather)));
+}
+
+std::int64_t reach_beyond(const proto::Source& source, const proto::Lattice& lattice) {
+  if (source.pixel() != "area") return 0;
+  const double cell_m = proto::cell_height_m(lattice, lattice.rows() / 2);
+  const double poleward = std::max(std::abs(source.bbox(1)), std::abs(source.bbox(3))) / 180 * std::numbers::pi;
+  const double cell_width_m = cell_m * std::max(std::cos(poleward), 0.01);
+  // Two pixels where the kernel is as wide as they are; where it is wider, about two cells.
+  const double pixels_a_cell = std::max({source.pixel_width_m() / cell_width_m, source.pixel_height_m() / cell_m, 1.0});
+  return static_cast<std::int64_t>(std::ceil(std::min(2 * pixels_a_cell, 4096.0))) + 1;
 }
 
 proto::Result<MosaicMember> examine(const std::string& path, const std::string& name, Trust trust,

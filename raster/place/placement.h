@@ -28,6 +28,10 @@ class Placement {
 
   /// Columns around the earth when the raster closes, else 0.
   int period_px() const { return period_px_; }
+  /// Pixel coordinates to the CRS's own, as GDAL has it.
+  const std::array<double, 6>& pixel_to_map() const { return forward_; }
+  /// So far is it around the earth in these; 0: they do not repeat.
+  double turn() const { return turn_; }
   /// Longitude and latitude are columns and rows, scaled: no projection between.
   bool plate() const { return plate_; }
   /// And neither depends on the other's.

@@ -131,6 +131,13 @@ void RasterSource::place_samples(Call& call) {
   }
 }
 
+proto::Result<void> RasterSource::read_block() {
+  if (auto done = pixels_.read(block_.window, block_.heights); !done.ok() || !beyond_) return done;
+  const PixelWindow& w = block_.window;
+  const bool inside = w.x >= 0 && w.y >= 0 && w.x + w.columns <= parts_.dataset.columns && w.y + w.rows <= parts_.dataset.rows;
+  return inside ? proto::Result<void>() : beyond_(w, block_.heights);
+}
+
 /// Reads the pixels under rect and interpolates; cuts rect in two while they are too many.
 proto::Result<void> RasterSource::resample(Call& call, const Rect& rect) {
   FiniteRange across, down;
@@ -150,7 +157,7 @@ proto::Result<void> RasterSource::resample(Call& call, const Rect& rect) {
     if (auto done = resample(call, first); !done.ok()) return done;
     return resample(call, second);
   }
-  if (auto done = pixels_.read(block_.window, block_.heights); !done.ok()) return done;
+  if (auto done = read_block(); !done.ok()) return done;
   std::vector<double> height_m(static_cast<std::size_t>(rect.columns));
   std::vector<std::uint8_t> level(height_m.size());
   for (std::int32_t r = rect.r0; r < rect.r0 + rect.rows; ++r) {
@@ -173,7 +180,7 @@ proto::Result<void> RasterSource::resample(Call& call, const Rect& rect) {
 proto::Result<void> RasterSource::resample_wide(Call& call, std::size_t at) {
   const PixelPosition place{u_[at], v_[at]};
   block_.window = call.kernel.near(place);
-  if (auto done = pixels_.read(block_.window, block_.heights); !done.ok()) return done;
+  if (auto done = read_block(); !done.ok()) return done;
   if (!call.kernel.valid(place, block_)) return {};
   const bool flat = call.kernel.flat(place, block_);
   const PixelWindow all = call.kernel.around(place, place);
@@ -182,7 +189,7 @@ proto::Result<void> RasterSource::resample_wide(Call& call, std::size_t at) {
   for (int done_rows = 0; done_rows < all.rows; done_rows += strip) {
     block_.window = {all.x, all.y + done_rows, all.columns, std::min(strip, all.rows - done_rows)};
     if (pixels_.certainly_void(block_.window)) continue;
-    if (auto done = pixels_.read(block_.window, block_.heights); !done.ok()) return done;
+    if (auto done = read_block(); !done.ok()) return done;
     call.kernel.add(place, block_, sum);
   }
   const auto c = static_cast<std::int64_t>(at) % call.samples.columns, r = static_cast<std::int64_t>(at) / call.samples.columns;

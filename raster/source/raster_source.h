@@ -1,7 +1,9 @@
 #pragma once
 // The Source of this floor: a dataset, its place, its kernel and its geoid.
+#include <functional>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "proto/integers.h"
@@ -51,6 +53,16 @@ class RasterSource : public Source {
   std::string datum_print() const override;
   proto::Result<std::shared_ptr<const Decimation>> decimate(std::int64_t most_pixels) override;
 
+  const Placement& placement() const { return *parts_.placement; }
+  /// The raster's own pixels of the window, in metres above its vertical datum; NaN elsewhere.
+  proto::Result<void> own_pixels(const PixelWindow& window, std::vector<double>& heights) {
+    return pixels_.read(window, heights);
+  }
+  /// Fills pixels of the window that lie beyond the raster's sides, where others of the same grid have them. The raster's
+  /// outermost half pixels are then interpolated to these. It reaches no farther than before.
+  using Beyond = std::function<proto::Result<void>(const PixelWindow& window, std::vector<double>& heights)>;
+  void set_beyond(Beyond beyond) { beyond_ = std::move(beyond); }
+
  private:
   /// A rectangle of the samples asked for.
   struct Rect {
@@ -71,6 +83,8 @@ class RasterSource : public Source {
   proto::Result<bool> sample_lines(const proto::Lattice& lattice, const Kernel& kernel, proto::Samples& samples);
   PixelWindow pixels_around(const proto::Lattice& lattice, const Window& cells) const;
   const KernelFrame& frame_for(const proto::Lattice& lattice);
+  /// Into block_: what the kernel reads.
+  proto::Result<void> read_block();
   void place_samples(Call& call);
   proto::Result<void> resample(Call& call, const Rect& rect);
   proto::Result<void> resample_wide(Call& call, std::size_t at);
@@ -82,6 +96,7 @@ class RasterSource : public Source {
 
   SourceParts parts_;
   Pixels pixels_;
+  Beyond beyond_;                                        ///< may be null
   PixelBlock block_;                                     ///< scratch
   std::vector<double> u_, v_;                            ///< scratch: places, indexed by sample; both NaN outside the raster
   std::vector<double> longitudes_, near_, undulations_;  ///< scratch

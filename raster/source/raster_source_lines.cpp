@@ -104,7 +104,7 @@ proto::Result<bool> RasterSource::sample_lines(const proto::Lattice& lattice, co
   if (across.empty() || down.empty()) return true;
   block_.window = kernel.around({across.low(), down.low()}, {across.high(), down.high()});
   if (std::int64_t{block_.window.columns} * block_.window.rows > kMaxBlockPixels) return false;
-  if (auto done = pixels_.read(block_.window, block_.heights); !done.ok()) return done.problem();
+  if (auto done = read_block(); !done.ok()) return done.problem();
   PlateLines lines(block_, u);
   std::vector<double> height_m(u.size()), row_v(u.size());
   for (std::size_t k = 0; k < v.size(); ++k) {
