@@ -192,74 +192,43 @@ class Mosaic final : public Source {
     if (!source.ok()) return source.problem();
     const Opened kept(&dynamic_cast<RasterSource&>(*source->release()));  // what these give
     if (members_.size() > 1 && m.description.pixel() == "area")
-      kept->set_beyond([this, member](const PixelWindow& window, std::vector<double>& heights) {
-        return read_beyond(member, window, heights);
+      kept->set_beyond([this, member, all = kept->all_pixels()](const PixelWindow& window, std::vector<double>& heights) {
+        return read_beyond(member, all, window, heights);
       });
     open_.keep(member, kept, 1);
     return kept;
   }
 
-  /// A member whose pixels go on those of another.
-  struct Neighbour {
-    std::size_t member = 0;
-    PixelShift shift;
-  };
-  proto::Result<std::vector<Neighbour>> neighbours_of(std::size_t member) {
+  /// The members whose pixels go on those of this one.
+  proto::Result<std::vector<GridNeighbour>> neighbours_of(std::size_t member) {
     const auto known = neighbours_.find(member);
     if (known != neighbours_.end()) return known->second;
-    const proto::Source& own = members_[member].description;
     constexpr std::int64_t kBeside = 2;
+    const proto::Source& own = members_[member].description;
     const Window& w = members_[member].window;
     const Window wide{w.west - kBeside, w.south - kBeside, w.east + kBeside, w.north + kBeside};
-    std::vector<Neighbour> found;
+    std::vector<GridNeighbour> found;
     for (std::size_t k = 0; k < members_.size(); ++k) {
       if (k == member || !may_share_grid(own, members_[k].description) || !touch(members_[k].window, wide, kMemberLattice))
         continue;
       const auto self = opened(member), other = opened(k);
       if (!self.ok()) return self.problem();
       if (!other.ok()) return other.problem();
-      if (const auto shift = shift_on_grid(**self, **other)) found.push_back({k, *shift});
+      if (const auto shift = shift_on_grid(**self, **other)) found.push_back({k, *shift, (*other)->all_pixels()});
     }
     return neighbours_[member] = std::move(found);
   }
 
   /// Pixels of the window beyond the member's sides, from those that go on with them: of the first that has one.
-  proto::Result<void> read_beyond(std::size_t member, const PixelWindow& window, std::vector<double>& heights) {
+  proto::Result<void> read_beyond(std::size_t member, const PixelWindow& all, const PixelWindow& window,
+                                  std::vector<double>& heights) {
     const auto neighbours = neighbours_of(member);
     if (!neighbours.ok()) return neighbours.problem();
-    const std::int64_t columns = members_[member].description.columns(), rows = members_[member].description.rows(),
-                       most = kMostBeyond_px;
-    const std::int64_t west = std::max(window.x, -most), east = std::min(window.x + window.columns, columns + most),
-                       top = std::max(window.y, -most), bottom = std::min(window.y + window.rows, rows + most);
-    struct Strip {
-      std::int64_t x0, y0, x1, y1;
-    };
-    const std::int64_t y0 = std::max<std::int64_t>(top, 0), y1 = std::min(bottom, rows);
-    const Strip strips[] = {{west, top, east, std::min<std::int64_t>(bottom, 0)},
-                            {west, std::max(top, rows), east, bottom},
-                            {west, y0, std::min<std::int64_t>(east, 0), y1},
-                            {std::max(west, columns), y0, east, y1}};
-    std::vector<double> part;
-    for (const Neighbour& next : *neighbours) {
-      const proto::Source& of = members_[next.member].description;
-      for (const Strip& strip : strips) {
-        const std::int64_t x0 = std::max(strip.x0, next.shift.x),
-                           x1 = std::min<std::int64_t>(strip.x1, next.shift.x + of.columns());
-        const std::int64_t r0 = std::max(strip.y0, next.shift.y), r1 = std::min<std::int64_t>(strip.y1, next.shift.y + of.rows());
-        if (x0 >= x1 || r0 >= r1) continue;
-        const auto other = opened(next.member);
-        if (!other.ok()) return other.problem();
-        const PixelWindow theirs{x0 - next.shift.x, r0 - next.shift.y, static_cast<int>(x1 - x0), static_cast<int>(r1 - r0)};
-        if (auto done = (*other)->own_pixels(theirs, part); !done.ok()) return done;
-        for (std::int64_t y = r0; y < r1; ++y) {
-          for (std::int64_t x = x0; x < x1; ++x) {
-            double& height = heights[static_cast<std::size_t>((y - window.y) * window.columns + (x - window.x))];
-            if (std::isnan(height)) height = part[static_cast<std::size_t>((y - r0) * theirs.columns + (x - x0))];
-          }
-        }
-      }
-    }
-    return {};
+    return fill_beyond(all, *neighbours, window, heights,
+                       [this](std::size_t other, const PixelWindow& part, std::vector<double>& out) -> proto::Result<void> {
+                         const auto source = opened(other);
+                         return source.ok() ? (*source)->own_pixels(part, out) : source.problem();
+                       });
   }
 
   /// A pole is one point: all of its row that has data gets the height of the first raster that has it, wherever that lies.
@@ -311,7 +280,7 @@ class Mosaic final : public Source {
   double feather_m_;
   proto::Source description_;
   proto::Lru<std::size_t, std::shared_ptr<RasterSource>> open_{kOpenMembers};  ///< each counts one
-  std::map<std::size_t, std::vector<Neighbour>> neighbours_;           ///< by member, of those that were read beyond their sides
+  std::map<std::size_t, std::vector<GridNeighbour>> neighbours_;       ///< by member, of those that were read beyond their sides
   std::map<std::pair<int, std::int64_t>, std::int32_t> pole_heights_;  ///< by level and row
 };
 

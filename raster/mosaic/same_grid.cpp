@@ -32,4 +32,37 @@ std::optional<PixelShift> shift_on_grid(const RasterSource& a, const RasterSourc
   return PixelShift{static_cast<std::int64_t>(whole_x), static_cast<std::int64_t>(whole_y)};
 }
 
+proto::Result<void> fill_beyond(const PixelWindow& all, const std::vector<GridNeighbour>& neighbours, const PixelWindow& window,
+                                std::vector<double>& heights, const ReadPixels& read) {
+  struct Rectangle {
+    std::int64_t x0, y0, x1, y1;
+    Rectangle within(const Rectangle& other) const {
+      return {std::max(x0, other.x0), std::max(y0, other.y0), std::min(x1, other.x1), std::min(y1, other.y1)};
+    }
+  };
+  const std::int64_t columns = all.columns, rows = all.rows, far = kMostBeyond_px;
+  const Rectangle wanted = Rectangle{window.x, window.y, window.x + window.columns, window.y + window.rows}.within(
+      {-far, -far, columns + far, rows + far});
+  const Rectangle beyond[] = {wanted.within({-far, -far, columns + far, 0}),
+                              wanted.within({-far, rows, columns + far, rows + far}), wanted.within({-far, 0, 0, rows}),
+                              wanted.within({columns, 0, columns + far, rows})};
+  std::vector<double> part;
+  for (const GridNeighbour& next : neighbours) {
+    const PixelShift at = next.shift;
+    for (const Rectangle& side : beyond) {
+      const Rectangle r = side.within({at.x, at.y, at.x + next.all.columns, at.y + next.all.rows});
+      if (r.x0 >= r.x1 || r.y0 >= r.y1) continue;
+      const PixelWindow theirs{r.x0 - at.x, r.y0 - at.y, static_cast<int>(r.x1 - r.x0), static_cast<int>(r.y1 - r.y0)};
+      if (auto done = read(next.member, theirs, part); !done.ok()) return done;
+      for (std::int64_t y = r.y0; y < r.y1; ++y) {
+        const double* from = part.data() + static_cast<std::size_t>((y - r.y0) * theirs.columns);
+        double* to = heights.data() + static_cast<std::size_t>((y - window.y) * window.columns + (r.x0 - window.x));
+        for (std::int64_t x = r.x0; x < r.x1; ++x, ++from, ++to)
+          if (std::isnan(*to)) *to = *from;
+      }
+    }
+  }
+  return {};
+}
+
 }  // namespace cordillera::raster

@@ -1,7 +1,10 @@
 #pragma once
 // Rasters that were cut from one grid: their pixels go on from one to the next.
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
+#include <vector>
 
 #include "raster/source.h"
 #include "raster/source/raster_source.h"
@@ -20,5 +23,16 @@ struct PixelShift {
   std::int64_t x = 0, y = 0;
 };
 std::optional<PixelShift> shift_on_grid(const RasterSource& a, const RasterSource& b);
+
+/// A raster whose pixels go on those of another: where they lie in the other's, and all of them in its own.
+struct GridNeighbour {
+  std::size_t member = 0;
+  PixelShift shift;
+  PixelWindow all;
+};
+using ReadPixels = std::function<proto::Result<void>(std::size_t member, const PixelWindow& part, std::vector<double>& heights)>;
+/// Fills what of the window lies beyond the pixels of a raster (all) and is NaN: from its neighbours, of the first that has it.
+proto::Result<void> fill_beyond(const PixelWindow& all, const std::vector<GridNeighbour>& neighbours, const PixelWindow& window,
+                                std::vector<double>& heights, const ReadPixels& read);
 
 }  // namespace cordillera::raster

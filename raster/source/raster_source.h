@@ -54,6 +54,7 @@ class RasterSource : public Source {
   proto::Result<std::shared_ptr<const Decimation>> decimate(std::int64_t most_pixels) override;
 
   const Placement& placement() const { return *parts_.placement; }
+  PixelWindow all_pixels() const { return {0, 0, parts_.dataset.columns, parts_.dataset.rows}; }
   /// The raster's own pixels of the window, in metres above its vertical datum; NaN elsewhere.
   proto::Result<void> own_pixels(const PixelWindow& window, std::vector<double>& heights) {
     return pixels_.read(window, heights);

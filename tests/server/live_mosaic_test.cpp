@@ -232,10 +232,9 @@ TEST_F(LiveMosaic, AListIsReadLazily) {
 TEST_F(LiveMosaic, AnAddressIsShownWhileItWaits) {
   host_.has_tagged("/dems/items", items_, "\"items\"");
   start({"--jobs", "1"});
-  const std::string built = curl("--data-binary @" + raster_ + " '" + server_.base() +
-                                 "/v1/datasets?name=hills.tif&crs=EPSG:4326&vertical_datum=ellipsoid&error=0.05&threads=1'")
-                                .value("id", "");
-  ASSERT_TRUE(eventually([&] { return status(built)["state"] == "running"; }));
+  host_.hangs("/dems/slow.asc");
+  const std::string slow = json("/v1/live" + query("/dems/slow.asc"), "-H 'Prefer: wait=0'").value("id", "");
+  ASSERT_TRUE(eventually([&] { return asked("/dems/slow.asc") > 0; })) << server_.log();
   const std::string items = id_of(sought("/dems/items")), hills = id_of(sought(kCog));
   for (const std::string& id : {items, hills}) {
     const Json waits = status(id);
@@ -243,8 +242,8 @@ TEST_F(LiveMosaic, AnAddressIsShownWhileItWaits) {
     EXPECT_EQ(waits.value("provisional", false), true) << waits;
     EXPECT_THAT(body("/v1/datasets/" + id + "/tileset.json"), HasSubstr("geometricError"));
   }
-  EXPECT_EQ(status(built)["state"], "running") << "or nothing has waited";
-  shell("curl -q -s -X DELETE '" + server_.base() + "/v1/datasets/" + built + "'");
+  EXPECT_EQ(status(slow)["state"], "running") << "or nothing has waited";
+  shell("curl -q -s -X DELETE '" + server_.base() + "/v1/datasets/" + slow + "'");
   EXPECT_FALSE(final_tile(items, tile_at(11.25, 46.4)).empty()) << server_.log();
   EXPECT_FALSE(final_tile(hills, tile_at(11.25, 46.4)).empty());
 }
