@@ -283,8 +283,6 @@ TEST(TerrainRgb, NeighboursSeeTheSameSurroundings) {
     }
   }
   EXPECT_GT(compared, 100u);
-  const Place greenwich = tile_at(zoom, 0.1, 25);
-  EXPECT_FALSE(fetch(terrain, tile_path("terrain-rgb", zoom, greenwich.x, greenwich.y, ".png")));
 }
 
 TEST(TerrainRgb, HolesInTheDataAreFilled) {
