@@ -48,6 +48,15 @@ proto::BuildOptions quick(const proto::BuildOptions& asked, int finest, int leve
   return options;
 }
 
+/// The pixels of one raster among several that a build of the level needs; null: it has none to give.
+proto::Result<std::shared_ptr<const raster::Decimation>> few_of(const raster::MosaicMember& member, int level) {
+  auto own = raster::open_source(member.path, member.name, member.trust, member.options);
+  if (!own.ok()) return own.problem();
+  const auto wanted = pixels_at(**own, member.options, level);
+  if (!wanted) return std::shared_ptr<const raster::Decimation>();
+  return (*own)->decimate(std::max(*wanted, kFewestPixels));
+}
+
 /// The pixels that a build of the level needs, in place of all. False: a raster has none to give.
 proto::Result<bool> thin_out(BuildRequest& request, raster::Source& source, int level) {
   if (request.members.empty()) {
@@ -66,15 +75,12 @@ proto::Result<bool> thin_out(BuildRequest& request, raster::Source& source, int 
   std::atomic<bool> none{false};
   Workers(request.options.threads()).each(request.members.size(), [&](std::size_t k, unsigned) {
     if (none) return;
-    raster::MosaicMember& member = request.members[k];
-    auto own = raster::open_source(member.path, member.name, member.trust, member.options);
-    const auto wanted = own.ok() ? pixels_at(**own, member.options, level) : std::nullopt;
-    auto pixels = wanted ? (*own)->decimate(std::max(*wanted, kFewestPixels))
-                         : proto::Result<std::shared_ptr<const raster::Decimation>>(nullptr);
-    if (!own.ok()) problems[k] = own.problem();
+    auto pixels = few_of(request.members[k], level);
     if (!pixels.ok()) problems[k] = pixels.problem();
-    if (pixels.ok()) member.decimation = std::move(*pixels);
-    if (member.decimation == nullptr || (decoded_px += member.decimation->decoded_px) > kMostOfAll_px) none = true;
+    if (!pixels.ok() || *pixels == nullptr || (decoded_px += (*pixels)->decoded_px) > kMostOfAll_px)
+      none = true;
+    else
+      request.members[k].decimation = std::move(*pixels);
   });
   for (const auto& problem : problems)
     if (problem) return *problem;

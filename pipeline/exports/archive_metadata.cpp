@@ -30,13 +30,10 @@ Json entry_of(const faces::Terrain& terrain, const faces::Face& face) {
 }  // namespace
 
 Extent extent_of(const proto::Manifest& manifest) {
-  if (manifest.bounds_size() < 4) return {};
-  Extent extent{manifest.bounds(0), manifest.bounds(1), manifest.bounds(2), manifest.bounds(3)};
-  if (extent.west > extent.east || extent.east > 180) {
-    extent.west = -180;
-    extent.east = 180;
-  }
-  return extent;
+  const auto area = raster::area_of(manifest.bounds());
+  if (!area) return {};
+  const raster::Area whole = raster::unwrapped(*area);
+  return {whole.west_deg, whole.south_deg, whole.east_deg, whole.north_deg};
 }
 
 std::string with_commas(std::initializer_list<double> values) {
@@ -48,8 +45,7 @@ std::string with_commas(std::initializer_list<double> values) {
 View view_of(const proto::Manifest& manifest, int least, int most) {
   const raster::Area area = raster::area_of(manifest.bounds()).value_or(raster::Area{-180, -90, 180, 90});
   const double degrees = std::max({area.east_deg - area.west_deg, area.north_deg - area.south_deg, 1e-6});
-  const double middle_deg = (area.west_deg + area.east_deg) / 2;
-  return {middle_deg > 180 ? middle_deg - 360 : middle_deg, (area.south_deg + area.north_deg) / 2,
+  return {raster::middle_longitude_deg(area), (area.south_deg + area.north_deg) / 2,
           std::clamp(static_cast<int>(std::floor(std::log2(2 * 360 / degrees))), least, most)};
 }
 

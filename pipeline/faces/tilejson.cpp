@@ -14,20 +14,18 @@ namespace {
 /// Degrees for people; a tenth of a metre on the ground.
 double short_deg(double deg) { return std::round(deg * 1e6) / 1e6; }
 
-/// Longitudes of a TileJSON may not wrap: data across the antimeridian has the whole circle.
-Json bounds(const raster::Area& e) {
-  const bool wraps = e.east_deg > 180;
-  const double west = wraps ? -180 : e.west_deg, east = wraps ? 180 : e.east_deg;
-  return {short_deg(west), short_deg(e.south_deg), short_deg(east), short_deg(e.north_deg)};
+/// Longitudes of a TileJSON may not wrap.
+Json bounds(const raster::Area& extent) {
+  const raster::Area e = raster::unwrapped(extent);
+  return {short_deg(e.west_deg), short_deg(e.south_deg), short_deg(e.east_deg), short_deg(e.north_deg)};
 }
 
 /// The zoom at which the data is about two tiles wide or high.
 Json center(const raster::Area& e, const Zooms& zooms) {
-  const double middle = (e.west_deg + e.east_deg) / 2;
   const double wide = longitude_pixel(0, e.east_deg) - longitude_pixel(0, e.west_deg);
   const double high = latitude_pixel(0, e.south_deg) - latitude_pixel(0, e.north_deg);
   const double zoom = std::floor(std::log2(2 * kTilePixels / std::max({wide, high, 1e-6})));
-  return {short_deg(middle > 180 ? middle - 360 : middle), short_deg((e.south_deg + e.north_deg) / 2),
+  return {short_deg(raster::middle_longitude_deg(e)), short_deg((e.south_deg + e.north_deg) / 2),
           std::clamp(static_cast<int>(zoom), zooms.first, zooms.last)};
 }
 

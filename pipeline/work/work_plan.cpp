@@ -116,12 +116,14 @@ Keys add_blocks(const Namer& namer, proto::WorkPlan& work) {
   const std::int64_t seam = raster::feather_vertices(work.options().feather(), lattice) +
                             raster::fill_reach(raster::fill_limit_cells(work.options())) +
                             (pixels_within_m(plan) > 0 ? raster::kProjectionReach : 0);
-  std::int64_t reach = 0;
-  for (const proto::PlannedSource& source : work.sources())
-    reach = std::max(reach, raster::reach_beyond(source.description(), lattice));
-  const std::int64_t beside = rim_reach(lattice, level) + (work.sources_size() > 1 ? seam + reach : 0);
+  const bool several = work.sources_size() > 1;
+  const std::int64_t beside = rim_reach(lattice, level) + (several ? seam : 0);
   std::vector<raster::Source::Window> windows;
-  for (const proto::PlannedSource& source : work.sources()) windows.push_back(raster::coarser(member_of(source).window, lattice));
+  for (const proto::PlannedSource& source : work.sources()) {
+    const raster::Source::Window own = raster::coarser(member_of(source).window, lattice);
+    const std::int64_t reach = several ? raster::reach_beyond(source.description(), lattice) : 0;
+    windows.push_back({own.west - reach, own.south - reach, own.east + reach, own.north + reach});
+  }
   const raster::WindowIndex rasters(std::move(windows), lattice);
   Keys keys;
   proto::WorkStage* stage = work.add_stages();

@@ -352,8 +352,8 @@ std::int64_t reach_beyond(const proto::Source& source, const proto::Lattice& lat
   const double poleward = std::max(std::abs(source.bbox(1)), std::abs(source.bbox(3))) / 180 * std::numbers::pi;
   const double cell_width_m = cell_m * std::max(std::cos(poleward), 0.01);
   // Two pixels where the kernel is as wide as they are; where it is wider, about two cells.
-  const double pixels_a_cell = std::max({source.pixel_width_m() / cell_width_m, source.pixel_height_m() / cell_m, 1.0});
-  return static_cast<std::int64_t>(std::ceil(std::min(2 * pixels_a_cell, 4096.0))) + 1;
+  const double cells_a_pixel = std::max({source.pixel_width_m() / cell_width_m, source.pixel_height_m() / cell_m, 1.0});
+  return static_cast<std::int64_t>(std::ceil(2 * cells_a_pixel)) + 1;
 }
 
 proto::Result<MosaicMember> examine(const std::string& path, const std::string& name, Trust trust,

@@ -18,13 +18,13 @@ inline constexpr std::int64_t kMostBeyond_px = 64;
 /// have no grid in common.
 bool may_share_grid(const proto::Source& a, const proto::Source& b);
 
-/// Where b's first pixel lies in a's pixels; nullopt: its pixels are not a's, gone on with.
+/// Where b's first pixel lies, in pixels of a; nullopt: they are not of one grid.
 struct PixelShift {
   std::int64_t x = 0, y = 0;
 };
 std::optional<PixelShift> shift_on_grid(const RasterSource& a, const RasterSource& b);
 
-/// A raster whose pixels go on those of another: where they lie in the other's, and all of them in its own.
+/// Another raster of the grid. all: its pixels, as it counts them; shift: where the first of them lies for the one that asks.
 struct GridNeighbour {
   std::size_t member = 0;
   PixelShift shift;

@@ -221,13 +221,13 @@ struct ListFile {
 };
 
 Listed in_file(const ListFile& list, const GdalScope& scope) {
-  const std::string extension = extension_of(list.name);
-  const bool geojson = extension == ".geojson" && !list.json, text = is_one_of(extension, kTexts) && !list.json;
-  if (is_one_of(extension, kIndices) && !list.json) {
+  const std::string extension = list.json ? ".json" : extension_of(list.name);
+  const bool geojson = extension == ".geojson", text = is_one_of(extension, kTexts);
+  if (is_one_of(extension, kIndices)) {
     if (extension == ".gpkg" && !lists_rasters(list.path)) return Sources();
     return in_index(list.path, list.name, scope);
   }
-  if (!text && !geojson && !list.json && extension != ".json") return Sources();
+  if (!text && !geojson && extension != ".json") return Sources();
   if (text) {  // before all of it: points may be many
     const auto head = read_range(list.path, 0, kHead_bytes);
     if (head.ok() && *head && holds_points(**head)) return Sources();
@@ -255,14 +255,13 @@ Listed list_sources(const std::string& word) {
 }
 
 ListKind list_kind(std::string_view head, const std::string& name) {
-  constexpr std::string_view kMark = "\xef\xbb\xbf";  // editors write it before a text
-  if (head.starts_with(kMark)) head.remove_prefix(kMark.size());
-  head.remove_prefix(std::min(head.find_first_not_of(" \t\r\n"), head.size()));
+  // Blanks, and the mark that editors write before a text.
+  const auto skip = [&](const char* these) { head.remove_prefix(std::min(head.find_first_not_of(these), head.size())); };
+  skip(" \t\r\n\xef\xbb\xbf");
   if (head.starts_with('{')) return ListKind::list;
   if (head.starts_with("<?xml")) {
     head.remove_prefix(std::min(head.find("?>"), head.size()));
-    head.remove_prefix(std::min<std::size_t>(2, head.size()));
-    head.remove_prefix(std::min(head.find_first_not_of(" \t\r\n"), head.size()));
+    skip("?> \t\r\n");
   }
   if (head.starts_with("<VRTDataset")) return ListKind::vrt;
   const std::string extension = extension_of(name);

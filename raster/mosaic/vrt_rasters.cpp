@@ -28,8 +28,6 @@ Problem unsupported(const std::string& name, const std::string& what) {
           "a VRT of parts of rasters, as gdalbuildvrt and gdal_translate make it", ""};
 }
 
-std::string_view value_of(const CPLXMLNode& node) { return node.pszValue == nullptr ? "" : node.pszValue; }
-
 /// Whether the node has this name, as GDAL compares them.
 bool is_called(const CPLXMLNode& node, const char* name) { return node.pszValue != nullptr && EQUAL(node.pszValue, name); }
 
@@ -42,8 +40,8 @@ class Walk {
   proto::Result<void> go(CPLXMLNode* first) {
     for (CPLXMLNode* node = first; node != nullptr; node = node->psNext) {
       if (node->eType == CXT_Attribute && is_called(*node, "subClass")) {
-        const std::string_view kind = node->psChild == nullptr ? "" : value_of(*node->psChild);
-        if (kind != "VRTSourcedRasterBand") return unsupported(name_, "a " + proto::shown_text(std::string(kind)));
+        const std::string kind = CPLGetXMLValue(node, nullptr, "");
+        if (kind != "VRTSourcedRasterBand") return unsupported(name_, "a " + proto::shown_text(kind));
       }
       if (node->eType != CXT_Element) continue;
       for (const char* other : {"SourceDataset", "GDALWarpOptions", "PixelFunctionType", "PixelFunctionCode"})

@@ -18,4 +18,13 @@ std::optional<Area> area_of(const Numbers& box) {
   return Area{box[0], box[1], box[2] < box[0] ? box[2] + 360 : box[2], box[3]};
 }
 
+/// For documents that know no antimeridian: an area across it has the whole circle.
+inline Area unwrapped(const Area& area) { return area.east_deg > 180 ? Area{-180, area.south_deg, 180, area.north_deg} : area; }
+
+/// The middle of its longitudes, -180 to 180.
+inline double middle_longitude_deg(const Area& area) {
+  const double middle_deg = (area.west_deg + area.east_deg) / 2;
+  return middle_deg > 180 ? middle_deg - 360 : middle_deg;
+}
+
 }  // namespace cordillera::raster

@@ -25,19 +25,6 @@ using proto::Problem;
 using raster::MosaicMember;
 using raster::Source;
 
-/// The build's options with those of one raster over them.
-proto::Result<proto::BuildOptions> options_of(const raster::ListedSource& source, const Settings& settings) {
-  std::vector<OptionSpec> table = raster_options();
-  std::erase_if(table, [](const OptionSpec& option) { return option.name == "name"; });
-  const auto layered = with_raster_layer(settings, table, source.options);
-  if (!layered) {
-    Problem problem = layered.problem();
-    problem.detail = source.path + ": " + problem.detail;
-    return problem;
-  }
-  return layered->build;
-}
-
 /// Of two rasters whose windows of kMeeting overlap; nullopt where one has no data in the middle.
 std::optional<double> difference_m(const MosaicMember& a, const MosaicMember& b) {
   const Source::Window one = raster::coarser(a.window, kMeeting), two = raster::coarser(b.window, kMeeting);
@@ -91,7 +78,7 @@ proto::Result<std::vector<Named>> all_named(const std::vector<std::string>& word
     auto listed = raster::list_sources(word);
     if (!listed) return listed.problem();
     for (raster::ListedSource& source : *listed) {
-      const auto options = options_of(source, settings);
+      const auto options = with_listed_layer(settings, source.options, source.path);
       if (!options) return options.problem();
       named.push_back({std::move(source), *options, listed->size() == 1});
     }

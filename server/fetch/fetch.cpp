@@ -31,6 +31,8 @@ struct FetchBounds {
   Clock::duration grace;  ///< before a host has to keep up
 };
 
+enum class WantedRaster { whole, beginning };
+
 struct FetchOrder {
   const std::string& address;
   const fs::path& file;
@@ -290,10 +292,7 @@ Ask asker(const ServeSettings& settings) {
       if (object && before.etag.empty()) return Still::unknown;  // it was copied
       const auto asked = http_address(address);
       if (!asked) return Still::unknown;
-      Terms terms;
-      terms.etag = before.etag;
-      terms.patience = kPatience;
-      terms.stopped = stopped;
+      const Terms terms{.etag = before.etag, .patience = kPatience, .stopped = stopped};
       const Got got = http_get(
           *asked, [](std::string_view) { return false; }, terms);
       if (got.status == 304) return Still::same;

@@ -16,9 +16,6 @@
 
 namespace cordillera::server::updates {
 
-/// All of it; or of a TIFF whose host sends parts the beginning alone.
-enum class WantedRaster : std::uint8_t { whole, beginning };
-
 /// Fetches rasters from http://, https:// and s3:// addresses within the operator's list; redirects stay within it too. Problems:
 /// "source-unreachable", "body-too-large", "storage-full", "cancelled".
 struct Fetch {

@@ -68,10 +68,9 @@ std::optional<ContentRange> read_content_range(const std::string& text) {
 }
 
 bool can_be_ranged(const Got& head) {
-  constexpr std::uint64_t kLargest = std::uint64_t{1} << 42;  // its map has 8 MiB: a source may say any number
   const auto range = read_content_range(head.range);
   const bool has_mark = !head.etag.empty() || !head.modified.empty();
-  return head.status == 206 && has_mark && range && range->first == 0 && range->total <= kLargest &&
+  return head.status == 206 && has_mark && range && range->first == 0 && range->total <= kLargestRanged_bytes &&
          range->count == std::min(kRangeBlock_bytes, range->total);
 }
 

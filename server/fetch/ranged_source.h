@@ -29,6 +29,8 @@ struct ContentRange {
 };
 std::optional<ContentRange> read_content_range(const std::string& text);
 
+inline constexpr std::uint64_t kLargestRanged_bytes = std::uint64_t{1} << 42;  ///< its map has 8 MiB: a source may say any number
+
 /// Whether a part that was sent can be the beginning of a raster that is fetched by ranges: all is known to tell later that it is
 /// still the same.
 bool can_be_ranged(const Got& head);

@@ -147,13 +147,12 @@ proto::Result<void> JobQueue::fetch_raster(const Dataset& dataset, const std::at
   log_info("dataset " + dataset.id + ": its raster is fetched");
   tell_fetching(dataset.id);
   fs::remove_all(next_rasters(dataset.id), error);  // of a fetch that was ended
-  using updates::WantedRaster;
-  WantedRaster wanted = is_lazy(dataset) ? WantedRaster::beginning : WantedRaster::whole;
+  bool as_whole = !is_lazy(dataset);
   {
     const std::lock_guard lock(mutex_);
-    if (as_whole_.contains(dataset.id)) wanted = WantedRaster::whole;
+    as_whole = as_whole_.contains(dataset.id) || as_whole;
   }
-  auto print = (wanted == WantedRaster::whole ? fetch_.whole : fetch_.beginning)(dataset.address, next, stop);
+  auto print = (as_whole ? fetch_.whole : fetch_.beginning)(dataset.address, next, stop);
   if (!print) return print.problem();
   std::optional<proto::ListedRasters> listed;
   if (!print->ranged) {

@@ -17,7 +17,6 @@ namespace fs = std::filesystem;
 
 constexpr unsigned kAskedAtOnce = 16;  // rasters: what takes time is waiting for their servers
 constexpr std::chrono::minutes kLongestAsking{10};
-constexpr double kMostClaimed_bytes = 0x1p42;  // of all of them: as for one raster that is fetched in parts
 
 raster::ListKind kind_of(const fs::path& file, const std::string& name) {
   std::string head(512, '\0');
@@ -135,7 +134,8 @@ proto::Result<void> JobQueue::begin_listed(proto::ListedRasters& listed, const f
     if (problem) return *problem;
   double claimed = 0;
   for (const proto::ListedRaster& raster : listed.rasters()) claimed += raster.ranged() ? raster.bytes() : 0;
-  if (claimed > kMostClaimed_bytes) return too_much("have more than 4 TiB together", "fewer or smaller rasters");
+  if (claimed > static_cast<double>(updates::kLargestRanged_bytes))
+    return too_much("have more than 4 TiB together", "fewer or smaller rasters");
   return {};
 }
 

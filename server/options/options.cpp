@@ -87,6 +87,16 @@ proto::Result<Settings> with_raster_layer(Settings settings, const std::vector<O
   return with_layer(std::move(settings), table, given, Spelling::query);
 }
 
+proto::Result<proto::BuildOptions> with_listed_layer(const Settings& settings, const Given& given, const std::string& called) {
+  std::vector<OptionSpec> table = raster_options();
+  std::erase_if(table, [](const OptionSpec& option) { return option.name == "name"; });
+  auto layered = with_raster_layer(settings, table, given);
+  if (layered) return std::move(layered->build);
+  proto::Problem problem = layered.problem();
+  problem.detail = called + ": " + problem.detail;
+  return problem;
+}
+
 Given environment_layer(const std::vector<OptionSpec>& table) {
   Given given;
   for (const OptionSpec& option : table) {

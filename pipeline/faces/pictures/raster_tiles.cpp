@@ -79,12 +79,10 @@ struct Walk {
 proto::Result<std::optional<Document>> raster_tile(const Terrain& terrain, const Place& place, const RasterStyle& style) {
   auto tile = drawn(terrain, place, style);
   if (!tile || *tile) return tile;
-  auto extent = extent_of(terrain.manifest());
-  if (!extent) return nothing();
-  const bool is_there = zooms_of(terrain.manifest(), *extent).holds(place.z);
-  // Clients ask for all that a TileJSON's bounds touch, and across the antimeridian these are the whole circle.
-  if (extent->east_deg > 180) extent->west_deg = -180, extent->east_deg = 180;
-  return is_there && touches(*extent, place.z, place.x, place.y) ? empty_tile(terrain, place, style) : nothing();
+  const auto extent = extent_of(terrain.manifest());
+  // Clients ask for all that a TileJSON's bounds touch.
+  if (!extent || !touches(raster::unwrapped(*extent), place.z, place.x, place.y)) return nothing();
+  return zooms_of(terrain.manifest(), *extent).holds(place.z) ? empty_tile(terrain, place, style) : nothing();
 }
 
 void each_shown_tile(const Terrain& terrain, Beyond beyond, const PathSink& sink,

@@ -65,9 +65,7 @@ proto::Result<HeightSpan> heights_of(const Terrain& terrain) {
   const auto& bounds = terrain.manifest().bounds();
   if (bounds.size() < 6) return HeightSpan{0, 1};
   const raster::Area area = *raster::area_of(bounds);
-  double middle = (area.west_deg + area.east_deg) / 2;
-  if (middle > 180) middle -= 360;
-  const auto undulation_m = terrain.undulation_m(middle, (bounds[1] + bounds[3]) / 2);
+  const auto undulation_m = terrain.undulation_m(raster::middle_longitude_deg(area), (bounds[1] + bounds[3]) / 2);
   if (!undulation_m) return undulation_m.problem();
   const double low = std::floor(bounds[4] - *undulation_m);
   return HeightSpan{low, std::max(std::ceil(bounds[5] - *undulation_m), low + 1)};

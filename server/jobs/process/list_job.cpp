@@ -31,7 +31,8 @@ std::optional<Problem> too_large(const std::string& name, const std::vector<rast
       return Problem{"sources-invalid", name + ": its raster " + std::to_string(k + 1) + " has " + what, accepted, ""};
     };
     if (listed[k].path.size() > updates::kLongestListed)
-      return wrong("a path of " + std::to_string(listed[k].path.size()) + " bytes", "at most 4096 bytes");
+      return wrong("a path of " + std::to_string(listed[k].path.size()) + " bytes",
+                   "at most " + std::to_string(updates::kLongestListed) + " bytes");
     for (const auto& [option, value] : listed[k].options) {
       // It is said in problems that anybody may read, and could be a piece of an address with its signature.
       const bool is_word = std::all_of(option.begin(), option.end(), [](char c) { return proto::is_letter_or_digit(c, "_-"); });
@@ -60,18 +61,12 @@ proto::Result<void> report_listed(const proto::Job& job, const fs::path& folder,
   const auto listed = job.vrt() ? rasters_of_vrt(file, job.name()) : raster::written_in(file.string(), job.name());
   if (!listed) return listed.problem();
   if (auto refused = too_large(job.name(), *listed)) return *refused;
-  std::vector<OptionSpec> table = raster_options();
-  std::erase_if(table, [](const OptionSpec& option) { return option.name == "name"; });
   for (const raster::ListedSource& source : *listed) {
-    const auto options = with_raster_layer(Settings(), table, source.options);
-    if (!options) {
-      Problem problem = options.problem();
-      problem.detail = updates::listed_name(source.path) + ": " + problem.detail;
-      return problem;
-    }
+    const auto options = with_listed_layer(Settings(), source.options, updates::listed_name(source.path));
+    if (!options) return options.problem();
     proto::Progress progress;
     progress.mutable_listed()->set_address(proto::as_utf8(source.path));
-    *progress.mutable_listed()->mutable_options() = options->build;
+    *progress.mutable_listed()->mutable_options() = *options;
     report(progress);
   }
   return {};
