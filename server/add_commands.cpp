@@ -124,6 +124,8 @@ struct BuildWords {
     line.formats = std::move(*chosen);
     line.only_format = formats;
     if (const auto wrong = check_words_of_file(line.output, formats, line.look)) return wrong_usage(*wrong);
+    const bool folder = !line.output.empty() && !line.output.ends_with(".sqlite") && !is_export_name(line.output);
+    if (const auto shown = check_look(line.look, line.formats); folder && !shown) return wrong_usage(shown.problem());
     if (!line.output.empty() || settings.dry_run) return build_command(settings, line);
     std::error_code error;
     const std::string& last = line.rasters.back();

@@ -6,6 +6,8 @@
 #include "pipeline/encode/json.h"
 #include "pipeline/exports/tile_places.h"
 #include "pipeline/exports/whole_file.h"
+#include "pipeline/faces/web_mercator.h"
+#include "pipeline/tileset/html_text.h"
 #include "pipeline/tileset/manifest_json.h"
 #include "raster/place/area.h"
 
@@ -27,12 +29,16 @@ Json entry_of(const faces::Terrain& terrain, const faces::Face& face) {
   return json.is_object() ? json : Json::object();
 }
 
+raster::Area area_in(const proto::Manifest& manifest, faces::Grid grid) {
+  constexpr raster::Area kEverywhere{-180, -90, 180, 90};
+  const bool mercator = grid == faces::Grid::web_mercator || grid == faces::Grid::web_mercator_south;
+  return (mercator ? faces::extent_of(manifest) : raster::area_of(manifest.bounds())).value_or(kEverywhere);
+}
+
 }  // namespace
 
-Extent extent_of(const proto::Manifest& manifest) {
-  const auto area = raster::area_of(manifest.bounds());
-  if (!area) return {};
-  const raster::Area whole = raster::unwrapped(*area);
+Extent extent_of(const proto::Manifest& manifest, faces::Grid grid) {
+  const raster::Area whole = raster::unwrapped(area_in(manifest, grid));
   return {whole.west_deg, whole.south_deg, whole.east_deg, whole.north_deg};
 }
 
@@ -42,8 +48,8 @@ std::string with_commas(std::initializer_list<double> values) {
   return text;
 }
 
-View view_of(const proto::Manifest& manifest, int least, int most) {
-  const raster::Area area = raster::area_of(manifest.bounds()).value_or(raster::Area{-180, -90, 180, 90});
+View view_of(const proto::Manifest& manifest, faces::Grid grid, int least, int most) {
+  const raster::Area area = area_in(manifest, grid);
   const double degrees = std::max({area.east_deg - area.west_deg, area.north_deg - area.south_deg, 1e-6});
   return {raster::middle_longitude_deg(area), (area.south_deg + area.north_deg) / 2,
           std::clamp(static_cast<int>(std::floor(std::log2(2 * 360 / degrees))), least, most)};
@@ -73,7 +79,7 @@ std::string archive_metadata(const faces::Terrain& terrain, const faces::Face& f
   Json json;
   json["name"] = title_of(manifest);
   json["description"] = std::string(tiles.about);
-  json["attribution"] = manifest.attribution();
+  json["attribution"] = html_text(manifest.attribution());
   json["type"] = layer_type(tiles);
   json["version"] = "1";
   json["format"] = format_name(tiles);

@@ -12,7 +12,8 @@ namespace cordillera::pipeline::exports {
 struct Extent {
   double west = -180, south = -90, east = 180, north = 90;
 };
-Extent extent_of(const proto::Manifest& manifest);
+/// Of the data as far as tiles of the grid reach: Web Mercator ends before the poles.
+Extent extent_of(const proto::Manifest& manifest, faces::Grid grid);
 
 /// "-180,-90,180,90": how archives write boxes and places.
 std::string with_commas(std::initializer_list<double> values);
@@ -23,7 +24,7 @@ struct View {
   double longitude_deg = 0, latitude_deg = 0;
   int zoom = 0;
 };
-View view_of(const proto::Manifest& manifest, int least, int most);
+View view_of(const proto::Manifest& manifest, faces::Grid grid, int least, int most);
 
 /// The title where the dataset has one, else its name.
 std::string title_of(const proto::Manifest& manifest);

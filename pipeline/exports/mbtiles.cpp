@@ -10,6 +10,7 @@
 #include "pipeline/faces/batches.h"
 #include "pipeline/store/content_hash.h"
 #include "pipeline/store/sqlite.h"
+#include "pipeline/tileset/html_text.h"
 
 namespace cordillera::pipeline::exports {
 namespace {
@@ -64,7 +65,7 @@ Zooms write_tiles(const faces::Terrain& terrain, const faces::Face& face, unsign
 void write_metadata(const faces::Terrain& terrain, const faces::Face& face, Zooms zooms, Database& database) {
   const proto::Manifest& manifest = terrain.manifest();
   const faces::Resource& tiles = *tiles_of(face);
-  const Extent extent = extent_of(manifest);
+  const Extent extent = extent_of(manifest, tiles.grid);
   Statement row(database, "INSERT INTO metadata VALUES (CAST(? AS TEXT), CAST(? AS TEXT))");
   const auto say = [&](const std::string& name, const std::string& value) {
     if (!value.empty()) row.bind(name, value).run();
@@ -73,11 +74,11 @@ void write_metadata(const faces::Terrain& terrain, const faces::Face& face, Zoom
   say("format", format_name(tiles));
   say("bounds", with_commas({extent.west, extent.south, extent.east, extent.north}));
   const int least = std::min(zooms.least, zooms.most);
-  const View view = view_of(manifest, least, zooms.most);
+  const View view = view_of(manifest, tiles.grid, least, zooms.most);
   say("center", with_commas({view.longitude_deg, view.latitude_deg}) + "," + std::to_string(view.zoom));
   say("minzoom", std::to_string(least));
   say("maxzoom", std::to_string(zooms.most));
-  say("attribution", manifest.attribution());
+  say("attribution", html_text(manifest.attribution()));
   say("description", std::string(tiles.about));
   say("type", layer_type(tiles));
   say("version", "1");

@@ -109,8 +109,8 @@ void append_degrees(std::string& out, double degrees) {
 
 std::string header(const Resource& tiles, const Contents& all, const PmtilesDirectories& directories, std::size_t metadata,
                    const proto::Manifest& manifest) {
-  const Extent extent = extent_of(manifest);
-  const View view = view_of(manifest, all.least_zoom, all.most_zoom);
+  const Extent extent = extent_of(manifest, tiles.grid);
+  const View view = view_of(manifest, tiles.grid, all.least_zoom, all.most_zoom);
   std::string out = "PMTiles\3";
   std::uint64_t offset = kPmtilesHeader;
   for (const std::uint64_t size :

@@ -155,7 +155,7 @@ proto::Manifest manifest_of(const Json& metadata, const Extent& extent, const st
   proto::Manifest manifest;
   const std::string name = text_of(metadata, "name");
   manifest.set_name(name.empty() ? fs::path(path).stem().string() : name);
-  manifest.set_attribution(text_of(metadata, "attribution"));
+  manifest.set_attribution(plain_text(text_of(metadata, "attribution")));
   for (const double value : {extent.west, extent.south, extent.east, extent.north, 0.0, 0.0}) manifest.add_bounds(value);
   return manifest;
 }
@@ -164,13 +164,13 @@ Json tilejson_of(const Face& face, const Json& metadata, const Tiles& tiles, con
                  const proto::Manifest& manifest) {
   Json json = {{"tilejson", "3.0.0"}};
   json["name"] = text_of(metadata, "name");
-  if (const std::string words = text_of(metadata, "attribution"); !words.empty()) json["attribution"] = html_text(words);
+  if (!manifest.attribution().empty()) json["attribution"] = html_text(manifest.attribution());
   json["tiles"] = {std::string(tiles_of(face)->path)};
   json["vector_layers"] = metadata.value("vector_layers", Json::array());
   json["minzoom"] = tiles.least_zoom();
   json["maxzoom"] = tiles.most_zoom();
   json["bounds"] = {extent.west, extent.south, extent.east, extent.north};
-  const View view = view_of(manifest, tiles.least_zoom(), tiles.most_zoom());
+  const View view = view_of(manifest, tiles_of(face)->grid, tiles.least_zoom(), tiles.most_zoom());
   json["center"] = {view.longitude_deg, view.latitude_deg, view.zoom};
   if (face.name == kHeights) json["encoding"] = "mapbox";
   if (face.name == "terrarium") json["encoding"] = "terrarium";

@@ -52,7 +52,9 @@ Zooms zooms_of(const proto::Manifest& manifest, const raster::Area& extent) {
   Zooms zooms;
   const double fine_enough = std::ceil(manifest.max_level() - levels_beyond(middle) - kSlack);
   zooms.last = std::clamp(static_cast<int>(fine_enough), 0, proto::kMaxLevel);
-  while (zooms.first < zooms.last && wanted_level(zooms.first, middle) < static_cast<int>(manifest.min_level())) ++zooms.first;
+  // At the equator zoom 0 wants something coarser than there is: level 0 is fine enough.
+  const auto coarsest = static_cast<int>(manifest.min_level());
+  while (zooms.first < zooms.last && std::max(wanted_level(zooms.first, middle), 0) < coarsest) ++zooms.first;
   return zooms;
 }
 

@@ -79,27 +79,25 @@ struct Longitudes {
   double west_deg = -180, east_deg = 180;
 };
 
-// The shortest stretch of longitudes that holds all tiles of a level: what is left of the circle without its widest empty stretch
-// of tile columns. west > east where it crosses the antimeridian.
+// The shortest stretch of longitudes that holds all tiles of a level: what is left of the circle without the widest stretch that
+// is empty from one column of tiles to the next. A coarse level may have tiles in every column and yet be nearly empty. west >
+// east where it crosses the antimeridian.
 Longitudes longitudes(Database& database, int level) {
-  struct Column {
-    std::int64_t x;
-    double west, east;
-  };
-  std::vector<Column> columns;
-  Statement rows(database, "SELECT x, min(west), max(east) FROM tiles WHERE level = ? GROUP BY x ORDER BY x");
+  constexpr double kRounded_deg = 1e-9;
+  std::vector<Longitudes> columns;
+  Statement rows(database, "SELECT min(west), max(east) FROM tiles WHERE level = ? GROUP BY x ORDER BY x");
   rows.bind(level);
-  while (rows.step()) columns.push_back({rows.integer(0), rows.real(1) * kDegrees, rows.real(2) * kDegrees});
-  std::int64_t widest = 1;  // columns from one with tiles to the next with tiles
+  while (rows.step()) columns.push_back({rows.real(0) * kDegrees, rows.real(1) * kDegrees});
+  if (columns.empty()) return {};
+  // What ends on either side of the antimeridian goes first where there is as much.
+  double widest_deg = columns.front().west_deg + 360 - columns.back().east_deg;
   Longitudes out;
-  for (std::size_t k = 0; k < columns.size(); ++k) {
-    const bool last = k + 1 == columns.size();
-    const Column& after = columns[last ? 0 : k + 1];
-    const std::int64_t gap = after.x + (last ? proto::tiles_across(level) : 0) - columns[k].x;
-    if (gap < widest || (gap == widest && !last)) continue;
-    if (gap == 1) continue;
-    widest = gap;
-    out = {after.west, columns[k].east};
+  if (widest_deg > kRounded_deg) out = {columns.front().west_deg, columns.back().east_deg};
+  for (std::size_t k = 1; k < columns.size(); ++k) {
+    const double gap_deg = columns[k].west_deg - columns[k - 1].east_deg;
+    if (gap_deg <= widest_deg + kRounded_deg) continue;
+    widest_deg = gap_deg;
+    out = {columns[k].west_deg, columns[k - 1].east_deg};
   }
   return out;
 }

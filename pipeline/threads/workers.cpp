@@ -19,8 +19,9 @@ struct Workers::Loop {
 
 Workers::Workers(unsigned threads) {
   const unsigned count = threads ? threads : proto::usable_cores();
+  for (unsigned worker = count; worker > 0; --worker) idle_.push_back(worker - 1);
   try {
-    for (unsigned worker = 0; worker < count; ++worker) threads_.emplace_back([this, worker] { run(worker); });
+    for (unsigned k = 0; k < count; ++k) threads_.emplace_back([this] { run(); });
   } catch (...) {  // the system has no thread more
     end();
     throw;
@@ -43,10 +44,20 @@ void Workers::each(std::size_t count, const std::function<void(std::size_t, unsi
   Loop loop{work, count, haste};
   std::unique_lock lock(mutex_);
   loops_.push_back(&loop);
-  changed_.notify_all();
+  if (!idle_.empty()) work_in_place_of_a_worker(loop, lock);
   loop.ended.wait(lock, [&] { return loop.left() == 0 && loop.running == 0; });
   std::erase(loops_, &loop);
   if (loop.first) std::rethrow_exception(loop.first);
+}
+
+/// As long as no other loop goes first.
+void Workers::work_in_place_of_a_worker(Loop& loop, std::unique_lock<std::mutex>& lock) {
+  const unsigned worker = idle_.back();
+  idle_.pop_back();
+  wake(loop.count - 1);
+  while (next() == &loop) do_some(loop, worker, lock);
+  idle_.push_back(worker);
+  if (next() != nullptr) wake(1);
 }
 
 void Workers::with_caller(std::size_t count, const std::function<void(std::size_t)>& work) {
@@ -57,22 +68,30 @@ void Workers::with_caller(std::size_t count, const std::function<void(std::size_
   std::unique_lock lock(mutex_);
   if (count > 1) {
     loops_.push_back(&loop);
-    changed_.notify_all();
+    wake(count - 1);
   }
-  while (loop.left() > 0) do_one(loop, threads(), lock);
+  while (loop.left() > 0) do_some(loop, threads(), lock);
   loop.ended.wait(lock, [&] { return loop.running == 0; });
   std::erase(loops_, &loop);
   if (loop.first) std::rethrow_exception(loop.first);
 }
 
-void Workers::run(unsigned worker) {
+void Workers::run() {
   std::unique_lock lock(mutex_);
   while (true) {
     Loop* loop = nullptr;
-    changed_.wait(lock, [&] { return (loop = next()) != nullptr || ending_; });
+    changed_.wait(lock, [&] { return (!idle_.empty() && (loop = next()) != nullptr) || ending_; });
     if (loop == nullptr) return;
-    do_one(*loop, worker, lock);
+    const unsigned worker = idle_.back();
+    idle_.pop_back();
+    do_some(*loop, worker, lock);
+    idle_.push_back(worker);
   }
+}
+
+/// Threads that may find no worker idle any more: whoever ends a worker's work looks for more, or wakes one.
+void Workers::wake(std::size_t most) {
+  for (std::size_t k = std::min(most, idle_.size()); k > 0; --k) changed_.notify_one();
 }
 
 Workers::Loop* Workers::next() {
@@ -86,13 +105,17 @@ Workers::Loop* Workers::next() {
   return found;
 }
 
-void Workers::do_one(Loop& loop, unsigned worker, std::unique_lock<std::mutex>& lock) {
-  const std::size_t item = loop.next++;
+/// The more items are left, the more at a time, for each time the lock is taken; but soon others may go first.
+void Workers::do_some(Loop& loop, unsigned worker, std::unique_lock<std::mutex>& lock) {
+  constexpr std::size_t kMost = 16, kTimes = 4;  // a worker, at the least
+  std::size_t item = loop.next;
+  const std::size_t end = item + std::clamp<std::size_t>(loop.left() / (kTimes * threads()), 1, kMost);
+  loop.next = end;
   ++loop.running;
   lock.unlock();
   std::exception_ptr thrown;
   try {
-    loop.work(item, worker);
+    for (; item < end; ++item) loop.work(item, worker);
   } catch (...) { thrown = std::current_exception(); }
   lock.lock();
   --loop.running;

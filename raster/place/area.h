@@ -27,4 +27,7 @@ inline double middle_longitude_deg(const Area& area) {
   return middle_deg > 180 ? middle_deg - 360 : middle_deg;
 }
 
+/// The longitudes of area that lie in clip, as one interval; none when they are disjoint. Both are taken modulo the circle.
+std::optional<Area> intersect(const Area& area, const Area& clip);
+
 }  // namespace cordillera::raster

@@ -19,7 +19,4 @@ struct SourceOptions {
 
 proto::Result<SourceOptions> check_options(const proto::BuildOptions& options);
 
-/// The longitudes of area that lie in clip, as one interval; none when they are disjoint. Both are taken modulo the circle.
-std::optional<Area> intersect(const Area& area, const Area& clip);
-
 }  // namespace cordillera::raster

@@ -10,6 +10,17 @@
 
 namespace cordillera::server::access {
 
+std::optional<proto::Problem> refuse_audit_log(const std::filesystem::path& file) {
+  std::error_code error;
+  const bool there = std::filesystem::exists(file, error);
+  const std::filesystem::path folder = std::filesystem::absolute(file, error).parent_path();
+  const char* const written = there ? file.c_str() : folder.c_str();
+  if (!std::filesystem::is_directory(file, error) && ::access(written, there ? W_OK : W_OK | X_OK) == 0) return std::nullopt;
+  const std::string why = std::filesystem::is_directory(file, error) ? "it is a folder" : strerror(errno);
+  return proto::Problem{"option-invalid", "the audit log " + file.string() + " cannot be written: " + why,
+                        "a file in a folder that can be written", "--audit-log"};
+}
+
 void Audit::note(const AuditEntry& entry) {
   Json json;
   json["time"] = now_text();

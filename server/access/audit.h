@@ -3,7 +3,10 @@
 #include <cstdint>
 #include <filesystem>
 #include <mutex>
+#include <optional>
 #include <string>
+
+#include "proto/result.h"
 
 namespace cordillera::server::access {
 
@@ -18,6 +21,9 @@ struct AuditEntry {
   std::string problem;  ///< slug; empty: it went well
   std::string request_id;
 };
+
+/// Why no line could be written into a file of that name. Nothing is left behind.
+std::optional<proto::Problem> refuse_audit_log(const std::filesystem::path& file);
 
 /// Thread-safe. The file is opened for each line, so that it can be moved away at any time.
 class Audit {

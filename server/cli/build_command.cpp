@@ -2,6 +2,7 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <functional>
 #include <iostream>
@@ -114,10 +115,16 @@ int build_beside(pipeline::BuildRequest request, const BuildLine& line, const fs
   return done(*manifest, place.string(), line.words, times);
 }
 
+/// What no folder is called by intention.
+constexpr std::string_view kFileEndings[] = {".zip",  ".gz",  ".tgz",  ".tar",     ".7z",   ".png",  ".jpg",     ".jpeg", ".webp",
+                                             ".html", ".htm", ".json", ".geojson", ".gltf", ".las",  ".laz",     ".db",   ".gpkg",
+                                             ".csv",  ".kml", ".kmz",  ".shp",     ".pdf",  ".b3dm", ".terrain", ".drc"};
+
 /// dem.tif, out.zip: who says so means a file, unless such a folder is there or a slash says that it is one.
 bool means_another_file(const std::string& output) {
   const std::string extension = raster::extension_of(output);
-  return !fs::is_directory(output) && (extension == ".zip" || raster::is_raster_extension(extension));
+  const bool is_ending = std::find(std::begin(kFileEndings), std::end(kFileEndings), extension) != std::end(kFileEndings);
+  return !fs::is_directory(output) && (is_ending || raster::is_raster_extension(extension));
 }
 
 int build_folder(pipeline::BuildRequest request, const BuildLine& line, const pipeline::faces::Look& look) {

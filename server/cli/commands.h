@@ -49,6 +49,8 @@ struct BuildLine {
 std::string face_names();
 /// "drc,3d-tiles" as faces; empty: what a folder holds unless told otherwise.
 proto::Result<std::vector<const pipeline::faces::Face*>> formats_of(const std::string& names);
+/// Whether a folder of these formats shows what the words say.
+proto::Result<void> check_look(const LookWords& look, const std::vector<const pipeline::faces::Face*>& formats);
 /// An option of LookWords for a command line.
 struct LookOption {
   const char *name, *type, *help;

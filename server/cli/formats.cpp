@@ -14,6 +14,9 @@ namespace {
 // What clients of the first minute need. Everything else can be asked for, and is served on request in any case.
 constexpr const char* kUsual = "drc,3d-tiles";
 
+/// What faces with .glb tiles are called, and begin with.
+constexpr std::string_view k3dTiles = "3d-tiles";
+
 /// Pixels of a texture from side to side: a tile's own cells, or each of them cut in 2, 4 or 8.
 constexpr std::string_view kTextureSizes[] = {"256", "512", "1024", "2048"};
 
@@ -60,13 +63,22 @@ std::string face_names() {
 proto::Result<std::vector<const pipeline::faces::Face*>> formats_of(const std::string& names) {
   std::vector<const pipeline::faces::Face*> chosen;
   std::istringstream words(names.empty() ? kUsual : names);
-  for (std::string word; std::getline(words, word, ',');) {
+  for (std::string word; std::getline(words >> std::ws, word, ',');) {
+    word.erase(word.find_last_not_of(' ') + 1);
     const pipeline::faces::Face* face = pipeline::faces::face_named(word);
     if (face == nullptr)
       return proto::Problem{"usage", "--formats: there is no format '" + word + "'", face_names(), "--formats"};
     if (std::find(chosen.begin(), chosen.end(), face) == chosen.end()) chosen.push_back(face);
   }
   return chosen;
+}
+
+proto::Result<void> check_look(const LookWords& look, const std::vector<const pipeline::faces::Face*>& formats) {
+  const char* const given = look.given();
+  const auto is_lit = [](const pipeline::faces::Face* face) { return face->name.starts_with(k3dTiles); };
+  if (given == nullptr || std::any_of(formats.begin(), formats.end(), is_lit)) return {};
+  return proto::Problem{"usage", std::string(given) + " is for 3D Tiles, and --formats leaves them out",
+                        "--formats " + std::string(k3dTiles) + ", or no " + given, given};
 }
 
 const char* LookWords::given() const {

@@ -70,6 +70,7 @@ struct Named {
   raster::ListedSource source;
   proto::BuildOptions options;
   bool alone = false;
+  std::string word;  ///< what the command line says: the raster, or the list or folder that has it
 };
 
 proto::Result<std::vector<Named>> all_named(const std::vector<std::string>& words, const Settings& settings) {
@@ -80,7 +81,7 @@ proto::Result<std::vector<Named>> all_named(const std::vector<std::string>& word
     for (raster::ListedSource& source : *listed) {
       const auto options = with_listed_layer(settings, source.options, source.path);
       if (!options) return options.problem();
-      named.push_back({std::move(source), *options, listed->size() == 1});
+      named.push_back({std::move(source), *options, listed->size() == 1, word});
     }
   }
   return named;
@@ -123,7 +124,11 @@ proto::Result<Sources> examine_sources(const std::vector<std::string>& words, co
       sources.skipped.push_back(path + ": " + member.problem().line());
     } else {
       Problem problem = member.problem();
-      if (named->size() > 1) problem.detail = path + ": " + problem.detail;
+      const std::string& word = (*named)[k].word;
+      if (word != path && !std::filesystem::is_directory(word))
+        problem.detail = word + " names " + path + ": " + problem.detail;
+      else if (named->size() > 1)
+        problem.detail = path + ": " + problem.detail;
       return problem;
     }
   }

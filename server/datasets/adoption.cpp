@@ -5,6 +5,7 @@
 #include "pipeline/store/store.h"
 #include "server/datasets/data_folder.h"
 #include "server/datasets/dataset_folder.h"
+#include "server/datasets/folder_lock.h"
 #include "server/datasets/ledger.h"
 #include "server/datasets/registry_file.h"
 #include "server/datasets/upload.h"

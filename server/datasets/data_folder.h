@@ -1,24 +1,11 @@
 #pragma once
-// What may be done with a data folder besides serving it: lock it, clean it up, copy it while a server uses it.
+// What may be done with a data folder besides serving it: clean it up, copy it while a server uses it.
 #include <string>
 
 #include "proto/result.h"
 #include "server/datasets/layout.h"
 
 namespace cordillera::server {
-
-/// Holds the folder's lock: two servers on one folder would ruin each other's work.
-class FolderLock {
- public:
-  explicit FolderLock(const Layout& layout);
-  ~FolderLock();
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
-  bool held() const { return descriptor_ >= 0; }
-
- private:
-  int descriptor_;
-};
 
 /// What was set aside because no dataset could be made of it.
 enum class Orphans { keep, remove };

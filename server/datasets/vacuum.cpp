@@ -1,11 +1,10 @@
-#include <fcntl.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include "pipeline/store/store.h"
 #include "server/datasets/adoption.h"
 #include "server/datasets/data_folder.h"
 #include "server/datasets/dataset_folder.h"
+#include "server/datasets/folder_lock.h"
 #include "server/datasets/ledger.h"
 #include "server/datasets/registry.h"
 
@@ -44,16 +43,6 @@ void clean_dataset(const fs::path& folder, Vacuumed& done) {
 }
 
 }  // namespace
-
-FolderLock::FolderLock(const Layout& layout) : descriptor_(::open(layout.lock().c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644)) {
-  if (descriptor_ < 0 || flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return;
-  close(descriptor_);
-  descriptor_ = -1;
-}
-
-FolderLock::~FolderLock() {
-  if (descriptor_ >= 0) close(descriptor_);
-}
 
 proto::Result<Vacuumed> vacuum(const Layout& layout, Orphans orphans) {
   const auto unusable = [&](const std::string& why) {

@@ -5,8 +5,10 @@
 
 #include <filesystem>
 
+#include "server/access/audit.h"
 #include "server/api/documents/web.h"
-#include "server/datasets/layout.h"
+#include "server/datasets/folder_lock.h"
+#include "server/datasets/mounts.h"
 #include "server/doctor/doctor.h"
 #include "server/limits/disk.h"
 
@@ -58,7 +60,18 @@ Finding data_folder(const fs::path& data) {
   if (!there) return Finding{"data", Health::good, data.string() + " is not there yet and can be made", ""};
   const Layout layout{data};
   const bool ours = fs::exists(layout.registry(), error);
+  if (!ours && !fs::exists(layout.lock(), error) && !is_a_servers(layout))
+    return Finding{"data", Health::bad, data.string() + " holds other things",
+                   "--data with a folder of its own: a new one, an empty one or that of an earlier server"};
+  if (is_locked(layout))
+    return Finding{"data", Health::bad, "another server uses " + data.string(), "stop it first, or --data with another folder"};
   return Finding{"data", Health::good, data.string() + (ours ? " is a server's folder" : " can be written"), ""};
+}
+
+/// Bad where the service would not start with it.
+Finding refusal_or(const char* name, const std::optional<proto::Problem>& refused, const std::string& good) {
+  return refused ? Finding{name, Health::bad, refused->detail, refused->parameter + " with " + refused->accepted}
+                 : Finding{name, Health::good, good, ""};
 }
 
 }  // namespace
@@ -66,6 +79,13 @@ Finding data_folder(const fs::path& data) {
 void check_folders(const Settings& settings, Findings& findings) {
   findings.push_back(disk(existing(settings.serve.data), settings.serve.limits.free_percent));
   findings.push_back(data_folder(settings.serve.data));
+  const ServeSettings& serve = settings.serve;
+  if (!serve.mounts.empty())
+    findings.push_back(refusal_or("mounts", refuse_mounts(serve.mounts), std::to_string(serve.mounts.size()) + " to be served"));
+  if (!serve.live.empty())
+    findings.push_back(refusal_or("live", refuse_live_folder(serve.live, serve.data), "rasters in " + serve.live));
+  if (!serve.audit_log.empty())
+    findings.push_back(refusal_or("audit log", access::refuse_audit_log(serve.audit_log), serve.audit_log + " can be written"));
   std::error_code error;
   const std::string web =
       settings.serve.web.empty() ? default_web_folder(fs::read_symlink("/proc/self/exe", error).string()) : settings.serve.web;

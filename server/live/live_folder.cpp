@@ -83,16 +83,6 @@ bool is_passing(const Problem& problem) {
 
 }  // namespace
 
-std::optional<Problem> refuse_live_folder(const fs::path& folder, const fs::path& data) {
-  std::error_code error;
-  if (!fs::is_directory(folder, error))
-    return Problem{"option-invalid", folder.string() + " is no folder", "a folder that rasters are put into", "--live"};
-  const fs::path live = fs::weakly_canonical(folder, error), own = fs::weakly_canonical(data, error);
-  if (!proto::lies_in(live, own) && !proto::lies_in(own, live)) return std::nullopt;
-  return Problem{"options-conflict", "the data folder " + own.string() + " and " + live.string() + " lie in each other",
-                 "folders of their own", "--live"};
-}
-
 LiveFolder::LiveFolder(Service& service, fs::path folder)
     : service_(service), folder_(std::move(folder)), notes_(service.layout().live()) {
   read_notes();

@@ -16,9 +16,6 @@
 
 namespace cordillera::server {
 
-/// Why the service cannot begin with this folder: it is none, or the data folder lies in it or it in there.
-std::optional<proto::Problem> refuse_live_folder(const std::filesystem::path& folder, const std::filesystem::path& data);
-
 /// Looks every few seconds. Each file with a raster's extension, in the folder and below it, becomes a dataset as a POST with
 /// updates=1 would make it, with the service's default options; its id is made of the file's path. A file that has changed is a
 /// new version of its dataset; the one before is served until that is built. A file that is gone takes its dataset with it. What

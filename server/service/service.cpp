@@ -1,12 +1,11 @@
 #include "server/service/service.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include "server/datasets/adoption.h"
 #include "server/datasets/dataset_folder.h"
+#include "server/datasets/folder_lock.h"
 #include "server/log/log.h"
 
 namespace cordillera::server {
@@ -15,25 +14,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kReadAhead = 256;  // rows at a time
-
-/// A descriptor that holds the lock, or -1.
-int lock_file(const fs::path& path) {
-  const int descriptor = ::open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
-  if (descriptor >= 0 && flock(descriptor, LOCK_EX | LOCK_NB) == 0) return descriptor;
-  if (descriptor >= 0) close(descriptor);
-  return -1;
-}
-
-/// A folder with somebody else's files must not become ours: what no dataset owns is removed from it.
-bool is_ours(const Layout& layout) {
-  std::error_code error;
-  if (fs::exists(layout.registry(), error)) return true;
-  for (const auto& entry : fs::directory_iterator(layout.root, error)) {
-    const bool started = entry.path() == layout.lock() || entry.path() == layout.incoming() || entry.path() == layout.datasets();
-    if (!started || (entry.is_directory(error) && !fs::is_empty(entry.path(), error))) return false;
-  }
-  return true;
-}
 
 proto::Result<std::unique_ptr<access::Gate>> open_gate(const Settings& settings) {
   const ServeSettings& serve = settings.serve;
@@ -71,10 +51,10 @@ void put_in_order(const Layout& layout, Registry& registry, updates::Ledger& led
 
 }  // namespace
 
-Service::Service(const Settings& settings, int lock)
+Service::Service(const Settings& settings, std::unique_ptr<FolderLock> lock)
     : settings_(settings),
       layout_{settings.serve.data},
-      lock_(lock),
+      lock_(std::move(lock)),
       mounts_(settings),
       library_(layout_, metrics_, mounts_, {.open = settings.serve.limits.open_datasets}),
       uploads_(layout_.uploads()),
@@ -94,12 +74,12 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
   std::error_code error;
   fs::create_directories(layout.root, error);
   if (error) return unusable(error.message());
-  if (!fs::exists(layout.lock(), error) && !is_ours(layout)) return unusable("it holds other things");
-  const int lock = lock_file(layout.lock());
-  if (lock < 0) return unusable("another server uses it, or it cannot be written");
-  std::unique_ptr<Service> service(new Service(settings, lock));
+  if (!fs::exists(layout.lock(), error) && !is_a_servers(layout)) return unusable("it holds other things");
+  auto lock = std::make_unique<FolderLock>(layout);
+  if (!lock->held()) return unusable("another server uses it, or it cannot be written");
+  std::unique_ptr<Service> service(new Service(settings, std::move(lock)));
   if (auto lost = lost_registry(layout)) return *lost;
-  if (!is_ours(layout)) return unusable("it holds other things");
+  if (!is_a_servers(layout)) return unusable("it holds other things");
 
   fs::remove_all(layout.removed(), error);
   fs::remove_all(layout.incoming(), error);
@@ -127,8 +107,9 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
                           "--mount"};
   }
   service->gate_ = std::move(*gate);
-  service->audit_ =
-      std::make_unique<access::Audit>(settings.serve.audit_log.empty() ? layout.audit() : fs::path(settings.serve.audit_log));
+  const fs::path audit = settings.serve.audit_log.empty() ? layout.audit() : fs::path(settings.serve.audit_log);
+  if (auto refused = access::refuse_audit_log(audit)) return *refused;
+  service->audit_ = std::make_unique<access::Audit>(audit);
   service->admission_ = std::make_unique<limits::Admission>(settings.serve.limits, layout.root, *service->registry_);
   const auto published = [self = service.get()](const std::string& id) {
     self->forget(id);
@@ -158,7 +139,6 @@ Service::~Service() {
   live_.reset();  // it uses the queue, whose threads have ended
   queue_.reset();
   archive_files_.reset();
-  close(lock_);
 }
 
 void Service::stop() {

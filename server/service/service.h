@@ -12,6 +12,7 @@
 #include "server/access/audit.h"
 #include "server/access/gate.h"
 #include "server/datasets/archive.h"
+#include "server/datasets/folder_lock.h"
 #include "server/datasets/ledger.h"
 #include "server/datasets/library.h"
 #include "server/datasets/list_texts.h"
@@ -86,12 +87,12 @@ class Service {
   void stop();
 
  private:
-  Service(const Settings& settings, int lock);
+  Service(const Settings& settings, std::unique_ptr<FolderLock> lock);
   void read_ahead();
 
   Settings settings_;
   Layout layout_;
-  int lock_;
+  std::unique_ptr<FolderLock> lock_;
   std::unique_ptr<Registry> registry_;
   metrics::ServiceMetrics metrics_;
   std::unique_ptr<access::Gate> gate_;

@@ -7,19 +7,27 @@
 
 #include "pipeline/encode/published_mesh.h"
 #include "pipeline/exports/mesh/mesh_weld.h"
+#include "raster/place/area.h"
 
 namespace cordillera::pipeline::exports {
 namespace {
 
 using proto::Problem;
 
-/// The lattice's vertex in the middle of what the window shows.
-std::array<std::int64_t, 2> middle_of(const faces::Terrain& terrain, const MeshWindow& window) {
-  const std::int64_t side = terrain.lattice().tile_units(window.level);
-  if (window.east > window.west) {
-    return {std::llround((window.west + window.east) / 2), std::llround((window.south + window.north) / 2)};
-  }
-  return {window.x0 * side + side / 2, window.y0 * side + side / 2};
+raster::Area area_of_tile(const proto::TileAddress& tile) {
+  const double side_deg = std::ldexp(180, -tile.z);
+  return {tile.x * side_deg - 180, tile.y * side_deg - 90, (tile.x + 1) * side_deg - 180, (tile.y + 1) * side_deg - 90};
+}
+
+/// The lattice's vertex in the middle of what is asked for and lies within the dataset's bounds: who asks for the whole earth has
+/// coordinates about the data, too.
+std::array<std::int64_t, 2> middle_of(const faces::Terrain& terrain, const MeshRequest& request) {
+  const raster::Area all = raster::area_of(terrain.manifest().bounds()).value_or(raster::Area{-180, -90, 180, 90});
+  const raster::Area asked = request.tile ? area_of_tile(*request.tile) : request.box.value_or(all);
+  const raster::Area area = raster::intersect(all, asked).value_or(asked);
+  const double units_a_degree = static_cast<double>(terrain.lattice().rows()) / 180;
+  return {std::llround(((area.west_deg + area.east_deg) / 2 + 180) * units_a_degree),
+          std::llround(((area.south_deg + area.north_deg) / 2 + 90) * units_a_degree)};
 }
 
 /// Where fans touch in a vertex only, each gets one of its own.
@@ -41,7 +49,7 @@ proto::TriangleMesh split_fans(MeshWelder& welder) {
 /// Nothing where the mesh would have more triangles than it may.
 std::optional<ExtractedMesh> extract(const faces::Terrain& terrain, const MeshRequest& request, int level) {
   const MeshWindow window = window_of(terrain, request, level);
-  const auto [column, row] = middle_of(terrain, window);
+  const auto [column, row] = middle_of(terrain, request);
   MeshWelder welder(terrain.lattice(), window, request.frame, {column, row});
   bool whole = true;
   each_tile(terrain, window, [&](const proto::TileRecord& record, std::int64_t x) {

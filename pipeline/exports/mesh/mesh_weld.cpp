@@ -1,5 +1,7 @@
 #include "pipeline/exports/mesh/mesh_weld.h"
 
+#include <cmath>
+
 namespace cordillera::pipeline::exports {
 
 using proto::Vec3;
@@ -51,8 +53,27 @@ std::uint32_t MeshWelder::vertex(const Key& at, double height_m, bool shared) {
   return found->second;
 }
 
-std::uint32_t MeshWelder::cut(std::uint32_t from, std::uint32_t to, int side, double share) {
-  const auto [found, fresh] = cuts_.try_emplace({from, to, side}, 0);
+/// Of a cell of the level: sides of the box pass vertices that are nearer than that, and cuts come together. Where a side lies a
+/// hair's breadth beside vertices, or an edge runs through a corner, there would be needles that no float has room for.
+constexpr double kNearCells = 1.0 / 256;
+
+double MeshWelder::nearness() const { return kNearCells * static_cast<double>(lattice_.cell_units(window_.level)); }
+
+/// Which step along which side; none of what is on no side.
+std::optional<MeshWelder::Key> MeshWelder::on_box(const PlanPoint& at) const {
+  const double near = nearness();
+  std::array<bool, 4> on{};
+  for (int side = 0; side < 4; ++side) on[static_cast<std::size_t>(side)] = std::abs(inside_of(at, window_, side)) <= near;
+  const bool across = on[0] || on[2], along = on[1] || on[3];
+  constexpr std::int64_t kCorner = 4;
+  if (across && along) return Key{kCorner, on[0] ? 0 : 1, on[1] ? 0 : 1};
+  if (across) return Key{on[0] ? 0 : 2, std::llround((at.y - window_.south) / near), 0};
+  if (along) return Key{on[1] ? 1 : 3, std::llround((at.x - window_.west) / near), 0};
+  return std::nullopt;
+}
+
+std::uint32_t MeshWelder::cut(std::uint32_t from, std::uint32_t to, double share, const PlanPoint& at) {
+  const auto [found, fresh] = on_box_.try_emplace(on_box(at).value(), 0);
   if (!fresh) return found->second;
   const auto between = [&](const std::vector<double>& axis) { return axis[from] + share * (axis[to] - axis[from]); };
   found->second = push({between(mesh_.x), between(mesh_.y), between(mesh_.z)});
@@ -82,17 +103,18 @@ void MeshWelder::add(const LatticeMesh& tile, std::int64_t x) {
     for (const Triangle& t : tile.triangles) push_triangle({vertices[t[0]], vertices[t[1]], vertices[t[2]]});
     return;
   }
-  const CutEdge cut_edge = [this](std::uint32_t from, std::uint32_t to, int side, double share) {
-    return cut(from, to, side, share);
+  std::vector<ClipCorner> corners;
+  for (std::size_t k = 0; k < vertices.size(); ++k) {
+    const auto& [u, v, h] = tile.points[k];
+    corners.push_back({vertices[k], {static_cast<double>(west + u), static_cast<double>(south + v)}});
+    if (const auto on = on_box(corners.back().at)) on_box_.try_emplace(*on, vertices[k]);
+  }
+  const CutEdge cut_edge = [this](std::uint32_t from, std::uint32_t to, double share, const PlanPoint& at) {
+    return cut(from, to, share, at);
   };
   for (const Triangle& t : tile.triangles) {
-    std::vector<ClipCorner> corners;
-    for (const std::uint32_t v : t) {
-      corners.push_back(
-          {vertices[v], static_cast<double>(west + tile.points[v][0]), static_cast<double>(south + tile.points[v][1])});
-    }
-    corners = clipped(corners, window_, cut_edge);
-    for (std::size_t k = 2; k < corners.size(); ++k) push_triangle({corners[0].vertex, corners[k - 1].vertex, corners[k].vertex});
+    const auto polygon = clipped({corners[t[0]], corners[t[1]], corners[t[2]]}, window_, nearness(), cut_edge);
+    for (std::size_t k = 2; k < polygon.size(); ++k) push_triangle({polygon[0].vertex, polygon[k - 1].vertex, polygon[k].vertex});
   }
 }
 

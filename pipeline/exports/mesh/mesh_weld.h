@@ -1,7 +1,9 @@
 #pragma once
 // One mesh from the tiles of a level: vertices on common sides are one.
 #include <array>
+#include <optional>
 #include <unordered_map>
+#include <vector>
 
 #include "pipeline/encode/draco_mesh.h"
 #include "pipeline/exports/mesh/mesh_clip.h"
@@ -32,7 +34,9 @@ class MeshWelder {
   };
 
   std::uint32_t vertex(const Key& at, double height_m, bool shared);
-  std::uint32_t cut(std::uint32_t from, std::uint32_t to, int side, double share);
+  double nearness() const;
+  std::optional<Key> on_box(const PlanPoint& at) const;
+  std::uint32_t cut(std::uint32_t from, std::uint32_t to, double share, const PlanPoint& at);
   std::uint32_t push(const proto::Vec3& position);
   proto::Vec3 position(std::int64_t column, std::int64_t row, double height_m) const;
   void push_triangle(const std::array<std::uint32_t, 3>& triangle);
@@ -43,8 +47,8 @@ class MeshWelder {
   MeshFrame frame_;
   proto::Vec3 origin_m_, east_, north_, up_;
   proto::TriangleMesh mesh_;
-  std::unordered_map<Key, std::uint32_t, Hash> sides_;  // vertices on tiles' sides
-  std::unordered_map<Key, std::uint32_t, Hash> cuts_;   // by the ends of the edge and the side of the box
+  std::unordered_map<Key, std::uint32_t, Hash> sides_;   // vertices on tiles' sides
+  std::unordered_map<Key, std::uint32_t, Hash> on_box_;  // vertices on the box's sides, by steps along them
 };
 
 }  // namespace cordillera::pipeline::exports

@@ -1,0 +1,54 @@
+#include "server/datasets/folder_lock.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <system_error>
+
+#include "proto/paths.h"
+
+namespace cordillera::server {
+
+namespace fs = std::filesystem;
+using proto::Problem;
+
+bool is_a_servers(const Layout& layout) {
+  std::error_code error;
+  if (fs::exists(layout.registry(), error)) return true;
+  for (const auto& entry : fs::directory_iterator(layout.root, error)) {
+    const bool started = entry.path() == layout.lock() || entry.path() == layout.incoming() || entry.path() == layout.datasets();
+    if (!started || (entry.is_directory(error) && !fs::is_empty(entry.path(), error))) return false;
+  }
+  return true;
+}
+
+FolderLock::FolderLock(const Layout& layout) : descriptor_(::open(layout.lock().c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644)) {
+  if (descriptor_ < 0 || flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return;
+  close(descriptor_);
+  descriptor_ = -1;
+}
+
+FolderLock::~FolderLock() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+bool is_locked(const Layout& layout) {
+  const int descriptor = ::open(layout.lock().c_str(), O_RDWR | O_CLOEXEC);
+  if (descriptor < 0) return false;
+  const bool locked = flock(descriptor, LOCK_EX | LOCK_NB) != 0;
+  close(descriptor);
+  return locked;
+}
+
+std::optional<Problem> refuse_live_folder(const fs::path& folder, const fs::path& data) {
+  std::error_code error;
+  if (!fs::is_directory(folder, error))
+    return Problem{"option-invalid", folder.string() + " is no folder", "a folder that rasters are put into", "--live"};
+  const fs::path live = fs::weakly_canonical(folder, error), own = fs::weakly_canonical(data, error);
+  if (!proto::lies_in(live, own) && !proto::lies_in(own, live)) return std::nullopt;
+  return Problem{"options-conflict", "the data folder " + own.string() + " and " + live.string() + " lie in each other",
+                 "folders of their own", "--live"};
+}
+
+}  // namespace cordillera::server

@@ -1,0 +1,33 @@
+#pragma once
+// Whose folder the data folder is, and who uses it now.
+#include <filesystem>
+#include <optional>
+
+#include "proto/result.h"
+#include "server/datasets/layout.h"
+
+namespace cordillera::server {
+
+/// Holds the folder's lock: two servers on one folder would ruin each other's work.
+class FolderLock {
+ public:
+  explicit FolderLock(const Layout& layout);
+  ~FolderLock();
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+  bool held() const { return descriptor_ >= 0; }
+
+ private:
+  int descriptor_;
+};
+
+/// Whether a server holds the lock now. Nothing is left behind.
+bool is_locked(const Layout& layout);
+
+/// A folder with somebody else's files must not become a server's: what no dataset owns is removed from it. An empty one may.
+bool is_a_servers(const Layout& layout);
+
+/// Why the service cannot begin with this live folder: it is none, or the data folder lies in it or it in there.
+std::optional<proto::Problem> refuse_live_folder(const std::filesystem::path& folder, const std::filesystem::path& data);
+
+}  // namespace cordillera::server
