@@ -22,6 +22,7 @@
 #include "pipeline/store/store.h"
 #include "proto/mesh.h"
 #include "proto/version.h"
+#include "raster/open/raster_state.h"
 #include "raster/pixels/decimation.h"
 #include "raster/pixels/short_number.h"
 #include "raster/sample/back_projection.h"
@@ -112,7 +113,7 @@ proto::Result<proto::Plan> plan_of(const BuildRequest& request, raster::Source& 
 }
 
 std::string state_of(const BuildRequest& request) {
-  std::string state = request.members.empty() ? raster::state_of(request.raster_path) : "";
+  std::string state = request.members.empty() ? raster::state_of_raster(request.raster_path, request.trust) : "";
   for (const raster::MosaicMember& member : request.members)
     state += member.path + "\n" + member.state + "\n" + member.options.SerializeAsString();
   if (!request.members.empty()) state = hex(content_hash(state));

@@ -5,6 +5,7 @@
 #include "pipeline/check/border_laws.h"
 #include "pipeline/check/check.h"
 #include "pipeline/check/error_laws.h"
+#include "pipeline/check/folder_documents.h"
 #include "pipeline/tileset/manifest_json.h"
 #include "proto/files.h"
 #include "proto/numbers.h"
@@ -43,7 +44,7 @@ fs::path glb_path(const fs::path& folder, const proto::TileAddress& tile) {
 }
 
 void check_level(const fs::path& folder, const proto::Manifest& manifest, const proto::LevelSummary& level, ErrorLaws* errors,
-                 Report& report) {
+                 FolderDocuments& documents, Report& report) {
   const int z = static_cast<int>(level.level());
   const std::string where = "level " + std::to_string(z);
   BorderLaws borders(z, report);
@@ -54,6 +55,7 @@ void check_level(const fs::path& folder, const proto::Manifest& manifest, const 
         bytes_of(folder / "tiles" / std::to_string(z) / std::to_string(at.x) / (std::to_string(at.y) + ".drc"));
     const std::string glb = bytes_of(glb_path(folder, at));
     ++report.tiles;
+    documents.add(at);
     auto tile =
         check_tile({at, static_cast<int>(manifest.max_level()), drc, glb, nullptr, 0, level.height_step()}, report.findings);
     if (!tile) continue;
@@ -101,7 +103,9 @@ proto::Result<Report> check_folder(const std::string& folder, const OpenRasters&
     errors = std::move(*opened);
   }
   Report report;
-  for (const proto::LevelSummary& level : manifest->levels()) check_level(folder, *manifest, level, errors.get(), report);
+  FolderDocuments documents(folder, report);
+  for (const proto::LevelSummary& level : manifest->levels())
+    check_level(folder, *manifest, level, errors.get(), documents, report);
   if (errors) errors->finish(manifest->source(), report);
   return report;
 }

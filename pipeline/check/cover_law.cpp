@@ -49,9 +49,12 @@ void check_cover(raster::Source& source, const proto::Plan& plan, const CheckedT
       const TileRectangle part{static_cast<std::int32_t>(x), static_cast<std::int32_t>(y),
                                static_cast<std::int32_t>(std::min<std::int64_t>(x + kWindow - 1, whole.east)),
                                static_cast<std::int32_t>(std::min<std::int64_t>(y + kWindow - 1, whole.north))};
-      const auto samples = read(source, lattice,
-                                {west + part.west - cell, std::max<std::int64_t>(south + part.south - cell, 0),
-                                 west + part.east + cell, std::min(south + part.north + cell, lattice.rows())});
+      const raster::Source::Window window{west + part.west - cell, std::max<std::int64_t>(south + part.south - cell, 0),
+                                          west + part.east + cell, std::min(south + part.north + cell, lattice.rows())};
+      // Between rasters that lie far apart there is nothing to be covered.
+      if (source.empty(lattice, window.west, window.south, window.east - window.west + 1, window.north - window.south + 1))
+        continue;
+      const auto samples = read(source, lattice, window);
       if (!samples)
         return report.findings.add(name_of(tile.tile), "the raster cannot be read there: " + samples.problem().detail);
       const auto left = uncovered_inside(lattice, tile.tile, mesh, *samples, part);

@@ -1,7 +1,5 @@
 #include "pipeline/exports/export.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -13,6 +11,7 @@
 #include "pipeline/faces/batches.h"
 #include "pipeline/store/sqlite.h"
 #include "pipeline/tileset/manifest_json.h"
+#include "raster/disk/work_folder.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -26,31 +25,26 @@ Problem write_problem(const std::string& folder, const std::string& why) {
   return {"export-write", "the folder " + folder + " cannot be written: " + why, kAccepted, "output"};
 }
 
-// The temporary sibling; removed unless it was moved into place.
+/// Where files are written until all are there.
 class Workplace {
  public:
-  explicit Workplace(fs::path path) : path_(std::move(path)) {
-    fs::remove_all(path_);
-    fs::create_directories(path_);
+  explicit Workplace(const fs::path& target) : folder_(target) {
+    if (folder_.held()) return;
+    throw exports::Refused{
+        {"export-folder-in-use", "another process writes " + target.string() + " now", "its end, or another folder", "output"}};
   }
-  ~Workplace() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  Workplace(const Workplace&) = delete;
-  Workplace& operator=(const Workplace&) = delete;
-  const fs::path& path() const { return path_; }
+  const fs::path& path() const { return folder_.path(); }
 
   /// Before files are written there.
   void make_folder_of(const std::string& name) {
-    fs::path folder = (path_ / name).parent_path();
+    fs::path folder = (path() / name).parent_path();
     if (folder == last_folder_) return;
     fs::create_directories(folder);
     last_folder_ = std::move(folder);
   }
   /// By any thread.
   void write(const std::string& name, const std::string& bytes) const {
-    const fs::path file = path_ / name;
+    const fs::path file = path() / name;
     std::ofstream out(file, std::ios::binary);
     out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     out.close();
@@ -58,7 +52,8 @@ class Workplace {
   }
 
  private:
-  fs::path path_, last_folder_;
+  raster::WorkFolder folder_;
+  fs::path last_folder_;
 };
 
 struct File {
@@ -128,7 +123,7 @@ proto::Result<void> export_static(const faces::Terrain& terrain, const std::vect
   if (const auto usable = check_export_folder(folder, other); !usable) return usable;
   try {
     const fs::path target = (fs::absolute(folder) / "").lexically_normal().parent_path();  // without a slash at the end
-    Workplace work(target.string() + ".partial-" + std::to_string(getpid()));
+    Workplace work(target);
     write_faces(terrain, chosen, threads, work);
     work.write("manifest.json", manifest_json(terrain.manifest()));
     const bool has_page =

@@ -10,15 +10,6 @@
 namespace cordillera::pipeline {
 namespace {
 
-// Bits of x and y by turns, x lowest.
-std::uint32_t morton(std::uint32_t x, std::uint32_t y) {
-  std::uint32_t out = 0;
-  for (int bit = 0; bit < kSubtreeLevels; ++bit) out |= ((x >> bit & 1) << (2 * bit)) | ((y >> bit & 1) << (2 * bit + 1));
-  return out;
-}
-
-std::size_t first_of_level(int depth) { return ((std::size_t{1} << (2 * depth)) - 1) / 3; }
-
 // Availability and, in availability order, the rows of the property table.
 struct Availability {
   AvailabilityBits tiles{first_of_level(kSubtreeLevels)};

@@ -6,6 +6,7 @@
 
 #include "pipeline/encode/json.h"
 #include "pipeline/tileset/html_text.h"
+#include "pipeline/tileset/subtree.h"
 #include "proto/ellipsoid.h"
 
 namespace cordillera::pipeline {

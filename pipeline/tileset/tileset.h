@@ -11,9 +11,6 @@
 
 namespace cordillera::pipeline {
 
-/// Levels a subtree file describes; subtree roots stand at multiples of it.
-inline constexpr int kSubtreeLevels = 5;
-
 /// tileset.json. All URIs are relative to it: tiles/W/{level}/{x}/{y}.glb, subtrees/W/{level}/{x}/{y}.subtree, and E.
 /// query: the end of the tiles' URIs, "?normals=texture", or empty. photo: what the orthophoto on the tiles is called, or empty;
 /// it stands in the asset's extras as "texture".

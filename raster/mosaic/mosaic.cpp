@@ -12,6 +12,7 @@
 #include "proto/lru.h"
 #include "raster/mosaic/blend.h"
 #include "raster/mosaic/same_grid.h"
+#include "raster/open/raster_state.h"
 #include "raster/storage/storage.h"
 
 namespace cordillera::raster {
@@ -300,6 +301,11 @@ void Mosaic::describe() {
   });
   description_ = finest->description;
   description_.set_pixel_width_m(width_m(finest->description));
+  // Cutters leave slivers of a pixel or two, whose heights alone would want finer cells. The whole is no such raster.
+  for (const MosaicMember& member : members_) {
+    description_.set_columns(std::max(description_.columns(), member.description.columns()));
+    description_.set_rows(std::max(description_.rows(), member.description.rows()));
+  }
   description_.set_file(std::to_string(members_.size()) + " rasters");
   const auto common = [&](auto get) {
     std::set<std::string> values;
@@ -366,7 +372,7 @@ proto::Result<MosaicMember> examine(const std::string& path, const std::string& 
                       options,
                       (*source)->description(),
                       (*source)->window(kMemberLattice),
-                      state_of(path),
+                      state_of_raster(path, trust),
                       (*source)->datum_print()};
 }
 

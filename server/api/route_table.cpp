@@ -2,6 +2,7 @@
 #include <cstdlib>
 
 #include "pipeline/store/sqlite.h"
+#include "proto/numbers.h"
 #include "server/api/api.h"
 #include "server/api/api_stac.h"
 #include "server/api/api_updates.h"
@@ -92,7 +93,9 @@ Response posted(Service& service, const Request& request) { return post_dataset(
 /// Room for all of it must be there now: a client that is told "no" after 40 GB has wasted a day.
 Response begin_upload(Service& service, const Request& request) {
   const auto bytes = announced_bytes(request.header("upload-length").value_or(""));
-  const std::string full = bytes ? service.admission().space().full(*bytes) : "";
+  const bool fits =
+      bytes && *bytes <= upload_bounds(service.settings().serve.limits, request).most_bytes;  // else begin() says why
+  const std::string full = fits ? service.admission().space().full(*bytes) : "";
   if (!full.empty()) return problem_response(limits::storage_full(full));
   return uploads::begin(service.uploads(), request, upload_bounds(service.settings().serve.limits, request));
 }
@@ -135,9 +138,7 @@ Response of_address(Service& service, const Request& request, const Route& route
 
 }  // namespace
 
-std::optional<std::uint64_t> announced_bytes(const std::string& length) {
-  return length.size() <= 18 ? std::optional<std::uint64_t>(std::strtoull(length.c_str(), nullptr, 10)) : std::nullopt;
-}
+std::optional<std::uint64_t> announced_bytes(const std::string& length) { return proto::number<std::uint64_t>(length); }
 
 uploads::Bounds upload_bounds(const Limits& limits, const Request& request) { return {most_bytes(limits), sender(request)}; }
 

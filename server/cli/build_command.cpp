@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <iostream>
+#include <system_error>
 
 #include "pipeline/build/build.h"
 #include "pipeline/estimate/estimate.h"
@@ -59,15 +60,19 @@ proto::Result<proto::Manifest> build_store(const pipeline::BuildRequest& request
                    "\ncordillera: " + out_of_memory(request.options, request.raster_name).line() + "; what was built is kept\n");
   stop_on({SIGINT, SIGTERM}, SecondTime::ends);
   ProgressBar bar(words == Verbosity::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none);
-  auto manifest = pipeline::build(
-      request,
-      [&](const proto::Progress& progress) {
-        times.enter(progress.stage());
-        bar.show(progress);
-      },
-      g_asked_to_stop);
-  bar.finish();
-  return manifest;
+  const auto show = [&](const proto::Progress& progress) {
+    times.enter(progress.stage());
+    bar.show(progress);
+  };
+  try {
+    auto manifest = pipeline::build(request, show, g_asked_to_stop);
+    bar.finish();
+    return manifest;
+  } catch (const std::system_error& error) {
+    if (error.code() != std::errc::resource_unavailable_try_again) throw;
+    bar.finish();
+    return out_of_memory(request.options, request.raster_name);  // a thread that cannot be made
+  }
 }
 
 proto::Result<void> export_to(const std::string& store, const BuildLine& line, const pipeline::faces::Look& look,
@@ -105,7 +110,8 @@ int build_beside(pipeline::BuildRequest request, const BuildLine& line, const fs
   if (!manifest) {
     // What an earlier run has done is not this one's to throw away: it may belong to another build, or be at work.
     const bool ours = !begun || line.other == pipeline::Existing::replace;
-    if (manifest.problem().type != "cancelled" && ours) fs::remove_all(work, error);
+    const bool goes_on = manifest.problem().type == "cancelled" || manifest.problem().type == "memory-limit";
+    if (!goes_on && ours) fs::remove_all(work, error);
     return fail(manifest.problem());
   }
   times.enter("export");

@@ -6,7 +6,7 @@
 #include "pipeline/check/check.h"
 #include "server/cli/commands.h"
 #include "server/cli/sources.h"
-#include "server/datasets/layout.h"
+#include "server/data/layout.h"
 #include "server/datasets/registry.h"
 #include "server/http/json.h"
 #include "server/jobs/child.h"

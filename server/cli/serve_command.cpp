@@ -12,7 +12,7 @@
 
 #include "server/api/documents/web.h"
 #include "server/cli/commands.h"
-#include "server/datasets/folder_lock.h"
+#include "server/data/folder_lock.h"
 #include "server/front/http_server.h"
 #include "server/jobs/spare_disk.h"
 #include "server/limits/descriptors.h"

@@ -23,12 +23,10 @@ using proto::CoordinateType;
 using proto::TriangleMesh;
 
 /// Asked before the work, which may take minutes.
-proto::Result<void> check_output(const std::string& input, const std::string& output) {
+proto::Result<void> check_output(const std::string& output) {
   if (auto named = proto::encoding_for(output, {}); !named) return named.problem();
   const fs::path folder = fs::path(output).parent_path();
   std::error_code error;
-  if (fs::equivalent(input, output, error))
-    return proto::Problem{"output-exists", output + " is the mesh that is read", "another name", "--output"};
   if (folder.empty() || fs::is_directory(folder, error)) return {};
   return proto::Problem{"output-failed", "there is no folder " + folder.string(), "a file in a folder that can be written",
                         "--output"};
@@ -166,7 +164,7 @@ int simplify_command(const SimplifyLine& line) {
     complain(request.problem());
     return kUsage;
   }
-  if (auto usable = check_output(line.input, line.output); !usable) return fail(usable.problem());
+  if (auto usable = check_output(line.output); !usable) return fail(usable.problem());
   try {
     return run(line, *request);
   } catch (const std::bad_alloc&) {

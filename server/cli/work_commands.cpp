@@ -39,12 +39,12 @@ int wrong_usage(const std::string& detail, const std::string& accepted, const st
   return kUsage;
 }
 
-/// The number that a scheduler gives to a task of an array; the first and only one where there is no array.
+/// The number that a scheduler gives to a task of an array; empty where there is none.
 std::string array_number() {
   for (const char* variable : {"SLURM_ARRAY_TASK_ID", "JOB_COMPLETION_INDEX", "AWS_BATCH_JOB_ARRAY_INDEX"}) {
     if (const char* number = std::getenv(variable)) return number;
   }
-  return "0";
+  return "";
 }
 
 /// The tasks that a line asks for, of one stage.
@@ -60,7 +60,13 @@ proto::Result<std::vector<std::size_t>> tasks_of(const WorkLine& line, const pro
   if (!line.part.empty()) {
     const std::string asked = line.part.substr(0, slash), number = asked == "array" ? array_number() : asked;
     const bool right = slash != std::string::npos && !read_whole(line.part.substr(slash + 1), {1, 1u << 24}, &parts) &&
-                       !read_whole(number, {0, parts - 1}, &part);
+                       (number.empty() ? parts == 1 : !read_whole(number, {0, parts - 1}, &part));
+    if (asked == "array" && number.empty() && parts > 1)
+      return Problem{"option-invalid",
+                     "--part='" + line.part +
+                         "', and no scheduler says which part this is: none of SLURM_ARRAY_TASK_ID, "
+                         "JOB_COMPLETION_INDEX and AWS_BATCH_JOB_ARRAY_INDEX is set",
+                     "K/N with K from 0 to N - 1", "--part"};
     if (!right) {
       return Problem{
           "option-invalid",
@@ -155,6 +161,11 @@ int plan_command(const Settings& settings, const PlanLine& line) {
           SecondTime::ends);  // until here nothing asks whether to stop, and an end in the middle leaves nothing
   pipeline::BuildRequest request;
   request.members = std::move(sources->members);
+  // Tasks are done in other folders than this.
+  for (raster::MosaicMember& member : request.members) {
+    std::error_code error;
+    if (fs::exists(member.path, error)) member.path = fs::absolute(member.path).lexically_normal().string();
+  }
   request.options = settings.build;
   fs::path place = fs::path(line.folder).lexically_normal();
   if (!place.has_filename()) place = place.parent_path();

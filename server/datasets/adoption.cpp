@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "pipeline/store/store.h"
+#include "server/data/folder_lock.h"
 #include "server/datasets/data_folder.h"
 #include "server/datasets/dataset_folder.h"
-#include "server/datasets/folder_lock.h"
 #include "server/datasets/ledger.h"
 #include "server/datasets/registry_file.h"
 #include "server/datasets/upload.h"

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "proto/result.h"
-#include "server/datasets/layout.h"
+#include "server/data/layout.h"
 #include "server/datasets/registry.h"
 
 namespace cordillera::server {

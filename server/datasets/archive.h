@@ -7,7 +7,7 @@
 #include <string>
 
 #include "pipeline/faces/terrain.h"
-#include "server/datasets/layout.h"
+#include "server/data/layout.h"
 
 namespace cordillera::server::updates {
 

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "proto/result.h"
-#include "server/datasets/layout.h"
+#include "server/data/layout.h"
 
 namespace cordillera::server {
 

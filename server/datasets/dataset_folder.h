@@ -6,7 +6,7 @@
 #include <system_error>
 
 #include "proto/result.h"
-#include "server/datasets/layout.h"
+#include "server/data/layout.h"
 #include "server/datasets/registry.h"
 
 namespace cordillera::server {

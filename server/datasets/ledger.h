@@ -19,7 +19,7 @@
 
 #include "pipeline/store/store_revise.h"
 #include "proto/result.h"
-#include "server/datasets/layout.h"
+#include "server/data/layout.h"
 #include "work.pb.h"
 
 namespace cordillera::server::updates {

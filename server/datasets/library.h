@@ -14,7 +14,7 @@
 
 #include "pipeline/faces/terrain.h"
 #include "pipeline/store/store_words.h"
-#include "server/datasets/layout.h"
+#include "server/data/layout.h"
 #include "server/datasets/mounts.h"
 #include "server/metrics/service_metrics.h"
 

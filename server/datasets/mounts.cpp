@@ -7,7 +7,7 @@
 #include "pipeline/store/store_object.h"
 #include "pipeline/tileset/manifest_json.h"
 #include "raster/storage/storage.h"
-#include "server/datasets/layout.h"
+#include "server/data/layout.h"
 #include "server/http/json.h"
 #include "server/log/log.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "proto/result.h"
-#include "server/datasets/layout.h"
+#include "server/data/layout.h"
 #include "server/http/message.h"
 
 namespace cordillera::server {

@@ -1,10 +1,10 @@
 #include <unistd.h>
 
 #include "pipeline/store/store.h"
+#include "server/data/folder_lock.h"
 #include "server/datasets/adoption.h"
 #include "server/datasets/data_folder.h"
 #include "server/datasets/dataset_folder.h"
-#include "server/datasets/folder_lock.h"
 #include "server/datasets/ledger.h"
 #include "server/datasets/registry.h"
 

@@ -7,7 +7,7 @@
 
 #include "server/access/audit.h"
 #include "server/api/documents/web.h"
-#include "server/datasets/folder_lock.h"
+#include "server/data/folder_lock.h"
 #include "server/datasets/mounts.h"
 #include "server/doctor/doctor.h"
 #include "server/limits/disk.h"

@@ -13,7 +13,7 @@
 
 #include "proto/result.h"
 #include "raster/storage/ranged_file.h"
-#include "server/datasets/layout.h"
+#include "server/data/layout.h"
 #include "server/fetch/http_get.h"
 #include "server/fetch/print.h"
 #include "server/limits/space.h"

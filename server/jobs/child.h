@@ -9,7 +9,7 @@
 
 #include "cordillera.pb.h"
 #include "proto/result.h"
-#include "server/datasets/layout.h"
+#include "server/data/layout.h"
 
 namespace cordillera::server {
 

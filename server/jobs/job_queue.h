@@ -11,7 +11,7 @@
 #include <set>
 #include <string>
 
-#include "server/datasets/layout.h"
+#include "server/data/layout.h"
 #include "server/datasets/ledger.h"
 #include "server/datasets/progress_hub.h"
 #include "server/datasets/registry.h"

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "proto/lattice.h"
-#include "server/datasets/layout.h"
+#include "server/data/layout.h"
 
 namespace cordillera::server {
 

@@ -3,9 +3,9 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include "server/data/folder_lock.h"
 #include "server/datasets/adoption.h"
 #include "server/datasets/dataset_folder.h"
-#include "server/datasets/folder_lock.h"
 #include "server/log/log.h"
 
 namespace cordillera::server {

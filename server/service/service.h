@@ -11,8 +11,8 @@
 
 #include "server/access/audit.h"
 #include "server/access/gate.h"
+#include "server/data/folder_lock.h"
 #include "server/datasets/archive.h"
-#include "server/datasets/folder_lock.h"
 #include "server/datasets/ledger.h"
 #include "server/datasets/library.h"
 #include "server/datasets/list_texts.h"

@@ -137,7 +137,7 @@ TEST(Pmtiles, IsClusteredAndSaysWhatItIs) {
   const auto& bounds = archived_dataset().terrain().manifest().bounds();
   for (int k = 0; k < 4; ++k) EXPECT_NEAR(reader.degrees(102 + 4 * static_cast<std::size_t>(k)), bounds[k], 1e-6);
   const Json metadata = Json::parse(reader.metadata());
-  EXPECT_EQ(metadata["attribution"], "Nobody <nobody@example.org>");
+  EXPECT_EQ(metadata["attribution"], "Nobody &lt;nobody@example.org&gt;");
   EXPECT_EQ(metadata["name"], "Synthetic hills");
   EXPECT_EQ(metadata["tile_matrix_set"], "GoogleCRS84Quad");
   EXPECT_EQ(metadata["manifest"]["max_level"], 7);
@@ -212,7 +212,7 @@ TEST(Mbtiles, HoldsThePicturesWithRowsFromTheSouth) {
     std::map<std::string, std::string> said;
     for (const auto& row : sqlite_rows(file, "SELECT name, value FROM metadata")) said[row[0]] = row[1];
     EXPECT_EQ(said["name"], "Synthetic hills");
-    EXPECT_EQ(said["attribution"], "Nobody <nobody@example.org>");
+    EXPECT_EQ(said["attribution"], "Nobody &lt;nobody@example.org&gt;");
     EXPECT_EQ(said["format"], vectors ? "pbf" : tiles.path.substr(tiles.path.rfind('.') + 1));
     EXPECT_EQ(said["type"], vectors ? "overlay" : "baselayer");
     EXPECT_EQ(said.contains("json"), vectors);

@@ -119,6 +119,53 @@ TEST(MeshExport, ABoxIsCutExactly) {
   }
 }
 
+/// The least height of a triangle over its longest side, in cells of the level.
+double narrowest_cells(const TriangleMesh& m, double cell) {
+  double least = INFINITY;
+  for (const auto& t : m.triangles) {
+    double longest = 0, area = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+      longest = std::max(longest, std::hypot(m.x[b] - m.x[a], m.y[b] - m.y[a]));
+      area += (m.x[a] * m.y[b] - m.x[b] * m.y[a]) / 2;
+    }
+    least = std::min(least, 2 * area / longest / cell);
+  }
+  return least;
+}
+
+/// Bounds of a tile with ten decimals, and boxes whose corners lie on edges: sides that are nearly, and not quite, where vertices
+/// are.
+TEST(MeshExport, ABoxAHairBesideVerticesLeavesNoNeedles) {
+  const double cell = kExportLattice.cell_deg();
+  for (const double beside_deg : {0.0, 1e-13, -1e-13, 3e-10, -3e-10, 4e-8}) {
+    MeshRequest request = whole_level(7);
+    request.box =
+        raster::Area{-1.40625 + beside_deg, 23.90625 - beside_deg, 0.5 * cell + beside_deg, 25.3125 + 0.5 * cell + beside_deg};
+    const TriangleMesh mesh = extracted(plain_dataset(), request).mesh;
+    ASSERT_GT(mesh.triangles.size(), 100u);
+    EXPECT_GT(narrowest_cells(mesh, cell), 1.0 / 1024) << beside_deg;
+    std::set<std::pair<double, double>> places;
+    for (std::size_t v = 0; v < mesh.vertices(); ++v) places.emplace(mesh.x[v], mesh.y[v]);
+    EXPECT_EQ(places.size(), mesh.vertices()) << "two vertices are at one place";
+    rims(mesh);
+  }
+}
+
+TEST(MeshExport, LocalCoordinatesAreAboutTheData) {
+  MeshRequest request = whole_level(7, MeshFrame::enu);
+  const ExtractedMesh all = extracted(plain_dataset(), request);
+  request.box = raster::Area{-180, -90, 180, 90};
+  const ExtractedMesh boxed = extracted(plain_dataset(), request);
+  EXPECT_EQ(boxed.longitude_deg, all.longitude_deg);
+  EXPECT_EQ(boxed.latitude_deg, all.latitude_deg);
+  EXPECT_EQ(boxed.mesh.z, all.mesh.z);
+  request = {};
+  request.tile = proto::TileAddress{0, 0, 0};
+  const ExtractedMesh root = extracted(plain_dataset(), request);
+  EXPECT_GT(root.latitude_deg, 20) << "of the data within the tile, and not of the tile";
+}
+
 TEST(MeshExport, FramesDescribeTheSamePoints) {
   MeshRequest request = whole_level(7);
   request.box = raster::Area{-0.7, 24.6, 0.9, 25.5};

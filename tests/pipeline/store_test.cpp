@@ -10,7 +10,7 @@
 #include "pipeline/store/sqlite.h"
 #include "pipeline/store/store.h"
 #include "pipeline/tileset/manifest_json.h"
-#include "tests/pipeline/store_synthetic.h"
+#include "tests/pipeline/store_written.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -18,31 +18,6 @@ namespace {
 using proto::Lattice;
 using proto::TileAddress;
 using namespace testing;
-
-const Lattice kLattice{6};
-
-std::vector<FinishedTask> tasks() { return synthetic_tasks(kLattice, {6, 62, 40}, {6, 67, 43}, hills_with_voids()); }
-
-std::unique_ptr<StoreWriter> writer(const std::string& path, const proto::Plan& plan) {
-  auto opened = StoreWriter::open(path, plan);
-  EXPECT_TRUE(opened.ok()) << opened.problem().line();
-  return std::move(opened).value();
-}
-
-std::unique_ptr<StoreReader> reader(const std::string& path) {
-  auto opened = StoreReader::open(path);
-  EXPECT_TRUE(opened.ok()) << opened.problem().line();
-  return std::move(opened).value();
-}
-
-proto::Manifest write_store(const std::string& path, const std::vector<FinishedTask>& work) {
-  auto store = writer(path, synthetic_plan(6));
-  for (const FinishedTask& task : work) EXPECT_TRUE(store->commit(task).ok());
-  auto manifest = store->publish(synthetic_manifest());
-  EXPECT_TRUE(manifest.ok()) << manifest.problem().line();
-  EXPECT_TRUE(StoreReader::open(path).ok()) << "readable at once, while the writer still lives";
-  return *manifest;
-}
 
 std::string problem_type(const std::string& path) {
   auto opened = StoreReader::open(path);
@@ -127,123 +102,6 @@ TEST(Store, AnotherPlanStartsAnewAndTheSameOneIsDone) {
   auto anew = writer(folder / "a.db", other);
   EXPECT_FALSE(anew->finished(work[0].node));
   EXPECT_EQ(problem_type(folder / "a.db"), "store-unpublished");
-}
-
-TEST(Store, SumsAndErrorsOfLevels) {
-  const TemporaryFolder folder;
-  auto work = tasks();
-  // A level whose own error is below its children's, and two tiles with equal bytes.
-  for (FinishedTask& task : work) {
-    if (task.node.z == 3) {
-      for (EncodedTile& tile : task.tiles) tile.record.set_max_error(0.25);
-    }
-  }
-  ASSERT_FALSE(work[0].tiles.empty() || work[1].tiles.empty());
-  work[1].tiles[0].drc = work[0].tiles[0].drc;
-  const proto::Manifest manifest = write_store(folder / "a.db", work);
-  double before = 0, bytes = 0;
-  ASSERT_EQ(manifest.levels_size(), 7);
-  for (int k = 0; k < 7; ++k) {
-    const proto::LevelSummary& level = manifest.levels(k);
-    EXPECT_EQ(level.level(), 6U - static_cast<unsigned>(k));
-    EXPECT_EQ(level.target(), std::ldexp(1, k));
-    EXPECT_EQ(level.rmse(), 0.5);
-    EXPECT_GE(level.geometric_error(), before);
-    EXPECT_GE(level.geometric_error(), level.stated_max_error());
-    EXPECT_EQ(level.triangles(), 128 * level.tiles());
-    before = level.geometric_error();
-    bytes += level.drc_bytes() + level.glb_bytes();
-  }
-  EXPECT_EQ(manifest.levels(3).stated_max_error(), 0.25);
-  EXPECT_EQ(manifest.levels(3).geometric_error(), manifest.levels(2).geometric_error());
-  EXPECT_EQ(manifest.bytes(), bytes);
-  double finest = 0;
-  for (const FinishedTask& task : work) {
-    if (task.node.z == 6 && task.node != work[1].node && !task.tiles.empty())
-      finest += static_cast<double>(task.tiles[0].drc.size());
-  }
-  EXPECT_EQ(manifest.levels(0).drc_bytes(), finest) << "equal bytes are counted once";
-  EXPECT_NEAR(manifest.bounds(0), -180 + 62 * 180 / 64.0, 0.01);
-  EXPECT_NEAR(manifest.bounds(1), -90 + 40 * 180 / 64.0, 0.01);
-  EXPECT_NEAR(manifest.bounds(2), -180 + 68 * 180 / 64.0, 0.01);
-  EXPECT_NEAR(manifest.bounds(3), -90 + 44 * 180 / 64.0, 0.1);
-}
-
-TEST(Store, TheSourcesRangeIsThatOfItsSamplesAndNotOfMeshes) {
-  const TemporaryFolder folder;
-  auto work = tasks();
-  work[0].tiles.at(0).record.set_lowest_sample(-12.5);
-  work[0].tiles.at(0).record.set_highest_sample(40);
-  work[1].tiles.at(0).record.set_lowest_sample(3);
-  work[1].tiles.at(0).record.set_highest_sample(4321.5);
-  const proto::Manifest manifest = write_store(folder / "a.db", work);
-  EXPECT_EQ(manifest.source().min_height(), -12.5);
-  EXPECT_EQ(manifest.source().max_height(), 4321.5);
-  EXPECT_EQ(manifest.levels(0).max_height(), 1600) << "of its mesh";
-}
-
-TEST(Store, HowMuchOfTheDataWasFilledIsNoted) {
-  const TemporaryFolder folder;
-  const auto notes = [&](std::uint32_t filled) {
-    auto work = tasks();
-    for (FinishedTask& task : work) {
-      for (EncodedTile& tile : task.tiles) {
-        tile.record.set_valid_samples(100000);
-        tile.record.set_filled_samples(filled);
-      }
-    }
-    const proto::Manifest manifest = write_store(folder / (std::to_string(filled) + ".db"), work);
-    EXPECT_NEAR(manifest.source().filled_share(), filled / 100000.0, 1e-9);
-    return std::vector<std::string>(manifest.notes().begin(), manifest.notes().end());
-  };
-  using Notes = std::vector<std::string>;
-  EXPECT_EQ(notes(0), Notes{});
-  EXPECT_EQ(notes(3500), Notes{"3.5 % of the data were voids and are filled; voids=hole keeps them"});
-  EXPECT_EQ(notes(42000), Notes{"42 % of the data were voids and are filled; voids=hole keeps them"});
-  EXPECT_EQ(notes(1), Notes{"Less than 0.01 % of the data were voids and are filled; voids=hole keeps them"});
-}
-
-TEST(Store, AnotherDatumThanTheRasterDeclaresIsNotedOnce) {
-  const TemporaryFolder folder;
-  const auto published = [&](const proto::Manifest& blank) {
-    auto store = writer(folder / (std::to_string(blank.ByteSizeLong()) + ".db"), synthetic_plan(6));
-    for (const FinishedTask& task : tasks()) EXPECT_TRUE(store->commit(task).ok());
-    auto manifest = store->publish(blank);
-    EXPECT_TRUE(manifest.ok()) << manifest.problem().line();
-    return std::vector<std::string>(manifest->notes().begin(), manifest->notes().end());
-  };
-  const auto fill = [](const char* declared, const char* used, proto::Source* source) {
-    source->set_vertical_datum_declared(declared);
-    source->set_vertical_datum(used);
-  };
-  using Notes = std::vector<std::string>;
-  proto::Manifest other = synthetic_manifest(), same = synthetic_manifest(), silent = synthetic_manifest(),
-                  several = synthetic_manifest();
-  fill("NAVD88 height", "EGM96", other.mutable_source());
-  fill("EGM96", "EGM96", same.mutable_source());
-  fill("", "EGM96", silent.mutable_source());
-  fill("mixed", "EGM96", several.mutable_source());
-  for (const char* declared : {"NAVD88 height", "EGM2008", "EGM96", "NAVD88 height"})
-    fill(declared, "EGM96", several.add_sources());
-  EXPECT_EQ(published(other), Notes{"NAVD88 height declared, EGM96 used"});
-  EXPECT_EQ(published(same), Notes{});
-  EXPECT_EQ(published(silent), Notes{});
-  EXPECT_EQ(published(several), (Notes{"NAVD88 height declared, EGM96 used", "EGM2008 declared, EGM96 used"}));
-}
-
-TEST(Store, BoundsCrossTheAntimeridian) {
-  const TemporaryFolder folder;
-  auto store = writer(folder / "a.db", synthetic_plan(6));
-  for (const std::int32_t x : {126, 127, 0, 1, 2}) {
-    FinishedTask task;
-    task.node = {6, x, 30};
-    task.tiles.push_back(*synthetic_tile(kLattice, task.node, hills()));
-    ASSERT_TRUE(store->commit(task).ok());
-  }
-  const auto manifest = store->publish(synthetic_manifest());
-  ASSERT_TRUE(manifest.ok());
-  EXPECT_NEAR(manifest->bounds(0), 180 - 2 * 180 / 64.0, 0.01);
-  EXPECT_NEAR(manifest->bounds(2), -180 + 3 * 180 / 64.0, 0.01);
 }
 
 TEST(Store, ExtentsHoldWhatLiesBelow) {

@@ -28,6 +28,39 @@ TEST(Workers, DoEveryItemOnce) {
   workers.each(0, [](std::size_t, unsigned) { FAIL(); });
 }
 
+/// No thread is woken for what the caller does as soon.
+TEST(Workers, ACallerWorksInPlaceOfAnIdleWorker) {
+  Workers workers(2);
+  for (int k = 0; k < 100; ++k) {
+    std::thread::id by;
+    workers.each(1, [&](std::size_t, unsigned worker) {
+      EXPECT_LT(worker, 2u);
+      by = std::this_thread::get_id();
+    });
+    EXPECT_EQ(by, std::this_thread::get_id());
+  }
+}
+
+/// One that works for its own loop makes room.
+TEST(Workers, ALoopThatSomebodyWaitsForGoesFirst) {
+  constexpr std::size_t kLong = 100'000;
+  Workers workers(1);
+  std::atomic<bool> begun{false}, met{false};
+  std::size_t after = 0;  // the one worker's
+  auto longer = std::async(std::launch::async, [&] {
+    workers.each(kLong, [&](std::size_t, unsigned) {
+      begun = true;
+      if (!met) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      if (met) ++after;
+    });
+  });
+  while (!begun) std::this_thread::yield();
+  workers.each(
+      300'000, [&](std::size_t, unsigned) { met = true; }, Workers::Haste::somebody_waits);
+  longer.get();
+  EXPECT_GT(after, kLong / 2) << "the hasty loop waited for the end of the long one";
+}
+
 /// Where all workers are busy the caller does it alone.
 TEST(Workers, ACallerTakesPart) {
   Workers workers(2);

@@ -112,6 +112,15 @@ TEST_F(Mosaic, the_window_holds_all_members_and_the_finest_says_the_level) {
   EXPECT_LE(all.east - all.west, lattice(kLevel).columns() / 2 + 60000) << "the short way round";
 }
 
+/// 1201 = 3 * 400 + 1: cutters leave slivers, whose two heights alone would ask for a level more.
+TEST_F(Mosaic, slivers_do_not_make_it_finer) {
+  const auto wide = plane("a.tif", 0, 0, 64, 1), sliver = plane("b.tif", 64, 0, 1, 1);
+  ASSERT_EQ(sliver.description.columns(), 1u);
+  const auto source = raster::make_mosaic({sliver, wide}, 0);
+  EXPECT_EQ(source->description().columns(), 64u);
+  EXPECT_EQ(source->description().rows(), 64u);
+}
+
 TEST_F(Mosaic, a_member_that_vanished_is_named) {
   const auto member = plane("a.tif", 0, 0, 64, 1);
   const auto source = raster::make_mosaic({member, plane("b.tif", 30, 0, 64, 1)}, 0);

@@ -191,6 +191,11 @@ TEST_F(Operator, DoctorFindsWhatIsWrong) {
                                  {"--listen 0.0.0.0:0", "access"},
                                  {"--listen 127.0.0.1:0 --tokens /nowhere", "access"},
                                  {"--listen 127.0.0.1:0 --data " + (folder_.path() / "file").string(), "data"},
+                                 {"--listen 127.0.0.1:0 --data " + folder_.path().string(), "data"},
+                                 {"--listen 127.0.0.1:0 --data " + (folder_.path() / "data").string(), "data"},
+                                 {"--mount a=/nowhere.sqlite" + fine, "mounts"},
+                                 {"--live /nowhere" + fine, "live"},
+                                 {"--audit-log /nowhere/log" + fine, "audit log"},
                                  {"--min-disk-free 100" + fine, "disk"},
                                  {"--device cuda:77" + fine, "GPU"},
                                  {"--max-level 3 --min-level 2 --bbox 100,10,101,11" + fine, ""}};

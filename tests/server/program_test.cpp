@@ -135,6 +135,23 @@ TEST_F(Program, AnotherBuildInThePlaceIsReplacedOnlyWhenAsked) {
   }
 }
 
+/// What would be ignored, or is another thing than it seems.
+TEST_F(Program, OutputsThatCannotBeMeantAreRefused) {
+  const std::string folder = (folder_.path() / "out").string();
+  const std::pair<std::string, std::string> rows[] = {
+      {"-o " + folder + ".png", "build writes no such file"},
+      {"-o " + folder + ".json", "build writes no such file"},
+      {"--formats terrain-rgb --normals texture -o " + folder, "--normals is for 3D Tiles"},
+      {"--formats drc,relief --texture /nowhere.tif -o " + folder, "--texture is for 3D Tiles"}};
+  for (const auto& [words, said] : rows) {
+    const Ended refused = shell(build("--max-level 10 --error 20 " + words));
+    EXPECT_EQ(refused.code, 2) << words << refused.output;
+    EXPECT_THAT(refused.output, HasSubstr(said));
+    EXPECT_FALSE(std::filesystem::exists(folder));
+  }
+  EXPECT_EQ(shell(build("--max-level 10 --error 20 --formats 'drc, 3d-tiles' -q -o " + folder)).code, 0);
+}
+
 TEST_F(Program, AnUnfinishedBuildGoesOnOnlyWithTheSameRasterAndOptions) {
   const std::string out = (folder_.path() / "out").string(), error = " --error 0.01 --max-level 15 --threads 1 -o " + out;
   const auto stopped = [&] { return interrupted_at("build", build(error)); };

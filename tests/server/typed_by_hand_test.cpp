@@ -345,6 +345,19 @@ TEST(TypedByHand, ARasterMayBeCalledAForm) {
   EXPECT_EQ(test.leftovers(), 0u);
 }
 
+/// Its length is that of the compressed bytes, which may be few.
+TEST(TypedByHand, ACompressedRasterMayBeCalledAForm) {
+  TestService test;
+  const std::string raster = "SLOW" + std::string(100000, 'x');
+  const Response made =
+      test.post(raster, {{"name", "a.tif"}},
+                {{"content-type", "application/x-www-form-urlencoded"}, {"content-encoding", "gzip"}, {"content-length", "200"}});
+  ASSERT_EQ(made.status, 202) << made.body;
+  const std::string id = body_of(made)["id"];
+  const auto dataset = test.service().registry().find(id);
+  EXPECT_EQ(file_text(test.service().layout().dataset(id) / dataset->raster), raster);
+}
+
 TEST(TypedByHand, AFormMayNameItsRasterAlone) {
   TestService test;
   const auto posted = [&](const std::string& form) { return test.post(form, {}, {{"content-type", kForm}}); };

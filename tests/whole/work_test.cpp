@@ -220,6 +220,17 @@ TEST_F(Work, a_raster_that_changed_since_the_plan_is_refused) {
   EXPECT_FALSE(work::worth_retrying(refused.problem()));
 }
 
+/// A VRT's raster, a mask, a world file: what a reader may take for a part of it.
+TEST_F(Work, a_file_beside_a_raster_that_changed_since_the_plan_is_refused) {
+  const proto::WorkPlan before = plan();
+  std::ofstream(folder_.path("far.prj")) << "another";
+  const auto refused = stage(before, 0);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.problem().type, "source-changed");
+  examine({"west.tif", "beside.tif", "far.tif"});
+  EXPECT_EQ(plan().stages(0).tasks_size(), before.stages(0).tasks_size());
+}
+
 TEST_F(Work, a_plan_of_another_version_is_refused) {
   proto::WorkPlan plan = this->plan();
   plan.mutable_plan()->set_program("cordillera 0.0.1");

@@ -67,8 +67,9 @@ proto::Result<Request> with_members(const Request& request, const Json& json) {
   return plain;
 }
 
-/// A body of at most kMostJson bytes, whose length is known.
+/// A body of at most kMostJson bytes, whose length is known. A compressed one may become as long as it likes.
 bool is_short(const Request& request) {
+  if (request.header("content-encoding")) return false;
   const auto bytes = proto::number<std::size_t>(request.header("content-length").value_or(""));
   return bytes && *bytes <= kMostJson && request.read_body;
 }

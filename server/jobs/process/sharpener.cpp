@@ -8,7 +8,7 @@
 
 #include "pipeline/build/sharpen.h"
 #include "pipeline/store/mesh_files.h"
-#include "server/datasets/layout.h"
+#include "server/data/layout.h"
 #include "server/jobs/looked_at.h"
 
 namespace cordillera::server {

@@ -1,4 +1,4 @@
-#include "server/datasets/folder_lock.h"
+#include "server/data/folder_lock.h"
 
 #include <fcntl.h>
 #include <sys/file.h>

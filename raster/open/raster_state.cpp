@@ -1,0 +1,85 @@
+#include "raster/open/raster_state.h"
+
+#include <gdal_priv.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <set>
+#include <vector>
+
+#include "raster/gdal/formats.h"
+#include "raster/gdal/gdal_scope.h"
+#include "raster/storage/ranged_file.h"
+#include "raster/storage/storage.h"
+
+namespace cordillera::raster {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// In place of the raster's own extension: world files of GeoTIFF, JPEG, PNG, BMP and any, CRS, header.
+constexpr const char* kBeside[] = {".tfw", ".tifw", ".jgw", ".pgw", ".bpw", ".wld", ".prj", ".hdr"};
+
+std::vector<std::string> files_beside(const std::string& path) {
+  std::vector<std::string> files{path + ".msk"};
+  for (std::string extension : kBeside) {
+    for (const int turn : {0, 1}) {
+      if (turn == 1) std::transform(extension.begin(), extension.end(), extension.begin(), ::toupper);
+      files.push_back(fs::path(path).replace_extension(extension).string());
+    }
+  }
+  std::error_code error;
+  std::erase_if(files, [&](const std::string& file) { return file == path || !fs::is_regular_file(file, error); });
+  return files;
+}
+
+/// What GDAL finds in a VRT; no more than its name where it is none.
+std::vector<std::string> files_in_vrt(const std::string& path) {
+  const GdalScope scope(Trust::operator_file);
+  const char* const drivers[] = {"VRT", nullptr};
+  const std::unique_ptr<GDALDataset> vrt(
+      GDALDataset::FromHandle(GDALOpenEx(path.c_str(), GDAL_OF_RASTER, drivers, nullptr, nullptr)));
+  std::vector<std::string> files;
+  if (vrt == nullptr) return files;
+  const std::unique_ptr<char*, decltype(&CSLDestroy)> list(vrt->GetFileList(), CSLDestroy);
+  for (char** file = list.get(); file != nullptr && *file != nullptr; ++file) files.emplace_back(*file);
+  return files;
+}
+
+/// FNV-1a, 64 bits: http://www.isthe.com/chongo/tech/comp/fnv
+std::string hash_of(const std::string& text) {
+  std::uint64_t hash = 0xcbf29ce484222325;
+  for (const unsigned char c : text) hash = (hash ^ c) * 0x100000001b3;
+  return std::to_string(hash);
+}
+
+/// With all of its parts: a VRT may name another.
+void add_parts(const std::string& path, std::set<std::string>& parts) {
+  if (!parts.insert(path).second || is_remote(path)) return;
+  for (const std::string& file : files_beside(path)) parts.insert(file);
+  if (extension_of(path) != ".vrt") return;
+  for (const std::string& file : files_in_vrt(path)) add_parts(file, parts);
+}
+
+}  // namespace
+
+std::string state_of_raster(const std::string& path, Trust trust) {
+  std::string own = state_of(path);
+  if (trust != Trust::operator_file || own.empty() || is_remote(path) || ranged_file(path) || is_vrt_of_ranged_files(path))
+    return own;
+  std::set<std::string> parts;
+  add_parts(path, parts);
+  if (parts.size() == 1) return own;
+  // By names that are the same wherever the command is given.
+  std::error_code error;
+  const fs::path folder = fs::absolute(path, error).parent_path();
+  std::string all;
+  for (const std::string& part : parts)
+    all += fs::absolute(part, error).lexically_relative(folder).string() + "\n" + state_of(part) + "\n";
+  return own + ", and " + std::to_string(parts.size() - 1) + (parts.size() == 2 ? " file" : " files") +
+         " with it: " + hash_of(all);
+}
+
+}  // namespace cordillera::raster

@@ -1,0 +1,14 @@
+#pragma once
+// Whether a raster is what it was: its file, and what else a reader takes for a part of it.
+#include <string>
+
+#include "raster/source.h"
+
+namespace cordillera::raster {
+
+/// state_of(path); of an operator's own raster also of the files beside it that say where it lies or what is valid (world file,
+/// .prj, .hdr, .msk), and of all rasters that a VRT names. Overviews change no tile, and statistics in an .aux.xml neither.
+/// Empty: it is not there.
+std::string state_of_raster(const std::string& path, Trust trust);
+
+}  // namespace cordillera::raster

@@ -1,0 +1,93 @@
+// Whether a raster is what it was, and folders that get their names when they are done.
+#include <chrono>
+#include <fstream>
+
+#include "raster/disk/work_folder.h"
+#include "raster/open/raster_state.h"
+#include "tests/raster/fixture.h"
+
+namespace cordillera::raster_test {
+namespace {
+
+namespace fs = std::filesystem;
+
+class RasterState : public RasterTest {
+ protected:
+  std::string state(const std::string& name, raster::Trust trust = raster::Trust::operator_file) const {
+    return raster::state_of_raster(path(name), trust);
+  }
+  /// As if it had been written a second later.
+  void touch(const std::string& name) const {
+    fs::last_write_time(path(name), fs::last_write_time(path(name)) + std::chrono::seconds(1));
+  }
+  std::string vrt_of(const std::string& member) const {
+    return "<VRTDataset rasterXSize=\"8\" rasterYSize=\"8\"><SRS>EPSG:4326</SRS><GeoTransform>10,0.01,0,45,0,-0.01</GeoTransform>"
+           "<VRTRasterBand dataType=\"Float32\" band=\"1\"><SimpleSource><SourceFilename relativeToVRT=\"1\">" +
+           member + "</SourceFilename><SourceBand>1</SourceBand></SimpleSource></VRTRasterBand></VRTDataset>";
+  }
+};
+
+TEST_F(RasterState, is_that_of_its_file_and_of_what_lies_beside_it) {
+  EXPECT_EQ(state("dem.tif"), "");
+  write({}, "dem.tif");
+  std::string before = state("dem.tif");
+  EXPECT_NE(before, "");
+  const std::string stranger = state("dem.tif", raster::Trust::posted_file);
+  for (const char* beside : {"dem.tif.msk", "dem.tfw", "dem.PRJ"}) {
+    write_text("1", beside);
+    const std::string with_it = state("dem.tif");
+    EXPECT_NE(with_it, before) << beside;
+    touch(beside);
+    EXPECT_NE(state("dem.tif"), with_it) << beside;
+    before = state("dem.tif");
+  }
+  // A viewer's statistics and pyramids change no tile.
+  for (const char* beside : {"dem.tif.aux.xml", "dem.tif.ovr", "other.tif", "dem.txt"}) write_text("1", beside);
+  EXPECT_EQ(state("dem.tif"), before);
+  EXPECT_EQ(state("dem.tif", raster::Trust::posted_file), stranger) << "it came alone";
+}
+
+TEST_F(RasterState, of_a_vrt_is_that_of_all_rasters_below_it) {
+  write({}, "dem.tif");
+  write_text(vrt_of("dem.tif"), "inner.vrt");
+  write_text(vrt_of("inner.vrt"), "outer.vrt");
+  const std::string before = state("outer.vrt");
+  touch("dem.tif");
+  const std::string after = state("outer.vrt");
+  EXPECT_NE(after, before);
+  EXPECT_EQ(after.substr(0, after.find(',')), before.substr(0, before.find(','))) << "the VRT itself is as it was";
+  const fs::path here = fs::current_path();
+  fs::current_path(fs::path(path("outer.vrt")).parent_path());
+  EXPECT_EQ(raster::state_of_raster("outer.vrt", raster::Trust::operator_file), after) << "however it is named";
+  fs::current_path(here);
+  write_text(vrt_of("outer.vrt"), "outer.vrt");  // names itself
+  EXPECT_NE(state("outer.vrt"), "");
+}
+
+using WorkFolderTest = RasterTest;
+
+TEST_F(WorkFolderTest, what_a_killed_process_left_is_gone_and_nobody_else_writes_there) {
+  fs::create_directories(path("out.partial/tiles"));
+  std::ofstream(path("out.partial/tiles/old")) << "left";
+  {
+    const raster::WorkFolder first(path("out"));
+    ASSERT_TRUE(first.held());
+    EXPECT_TRUE(fs::is_empty(first.path()));
+    std::ofstream(first.path() / "new") << "made";
+    const raster::WorkFolder second(path("out"));
+    EXPECT_FALSE(second.held());
+    EXPECT_TRUE(fs::exists(first.path() / "new"));
+  }
+  EXPECT_FALSE(fs::exists(path("out.partial"))) << "it was not moved into place";
+  {
+    const raster::WorkFolder work(path("out"));
+    std::ofstream(work.path() / "new") << "made";
+    fs::rename(work.path(), path("out"));
+    fs::create_directories(work.path() / "of somebody else");
+  }
+  EXPECT_TRUE(fs::exists(path("out/new")));
+  EXPECT_TRUE(fs::exists(path("out.partial/of somebody else")));
+}
+
+}  // namespace
+}  // namespace cordillera::raster_test
