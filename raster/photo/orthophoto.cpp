@@ -219,7 +219,8 @@ proto::Result<Dataset> open_photo(const std::string& path) {
   if (!path.starts_with("/vsi") && !std::filesystem::is_regular_file(path, error))
     return Problem{"raster-not-found", dataset.name + " does not exist or is not a file", kAnyPhoto, ""};
   const GdalScope scope(dataset.trust);
-  const std::vector<const char*> allowed = allowed_drivers(dataset.name, dataset.trust, false);
+  std::vector<const char*> allowed = allowed_drivers(dataset.name, dataset.trust, false);
+  allowed.insert(allowed.begin(), {"JPEG", "PNG", "WEBP", "MBTiles"});  // of pictures that are no heights
   dataset.handle.reset(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, allowed.data(), nullptr, nullptr));
   if (!dataset.handle || dataset.handle->GetRasterCount() == 0) {
     const std::string said = scope.message(path, dataset.name);

@@ -3,6 +3,7 @@
 
 #include <cpl_conv.h>
 #include <gdal_priv.h>
+#include <gdal_utils.h>
 #include <ogr_spatialref.h>
 
 #include <cmath>
@@ -223,6 +224,21 @@ TEST_F(Photo, GoesOnOverTheAntimeridian) {
   for (const std::int64_t i : {std::int64_t{0}, std::int64_t{10}, around - 10}) EXPECT_EQ(colour(*made, 3, i, row)[3], 255) << i;
   EXPECT_EQ(colour(*made, 3, around, row), colour(*made, 3, 0, row));
   EXPECT_EQ(colour(*made, 3, 100, row)[3], 0);
+}
+
+/// As flights and map servers deliver them, with a world file and an .aux.xml.
+TEST_F(Photo, MayBeAPictureOfACommonFormat) {
+  GDALDatasetUniquePtr tiff(GDALDataset::Open(write_photo({}).c_str()));
+  for (const auto& [driver, name] : {std::pair("PNG", "photo.png"), {"JPEG", "photo.jpg"}}) {
+    GDALDriver* const made_by = GetGDALDriverManager()->GetDriverByName(driver);
+    ASSERT_NE(made_by, nullptr);
+    const char* const rgb[] = {"-b", "1", "-b", "2", "-b", "3", "-of", driver, nullptr};
+    const std::unique_ptr<GDALTranslateOptions, decltype(&GDALTranslateOptionsFree)> how(
+        GDALTranslateOptionsNew(const_cast<char**>(rgb), nullptr), GDALTranslateOptionsFree);
+    GDALClose(GDALTranslate(path(name).c_str(), GDALDataset::ToHandle(tiff.get()), how.get(), nullptr));
+    const auto photo = raster::open_orthophoto(path(name));
+    EXPECT_TRUE(photo.ok()) << (photo.ok() ? "" : photo.problem().line());
+  }
 }
 
 TEST_F(Photo, ThatIsNoneIsToldAsWhatItIs) {
