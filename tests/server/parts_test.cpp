@@ -125,6 +125,17 @@ TEST(Parts, OneThatBreaksOffIsToldAndKeptAsFarAsItCame) {
   EXPECT_EQ(test.api().handle(part).status, 204);
 }
 
+TEST(Parts, AnImpossibleLengthIsToldAsSuch) {
+  TestService test;
+  const auto begun = [&](const std::string& length) {
+    Request request = request_of("POST", "/v1/uploads", "192.0.2.1");
+    request.headers = {{"upload-length", length}};
+    return slug_of(test.api().handle(request));
+  };
+  for (const char* length : {"-5", "0", "x", ""}) EXPECT_EQ(begun(length), "upload-invalid") << length;
+  EXPECT_EQ(begun("999999999999999"), "body-too-large") << "no room that is made would help";
+}
+
 TEST(Parts, ANameIsTextInBase64) {
   TestService test;
   const auto begun = [&](const std::string& metadata) {

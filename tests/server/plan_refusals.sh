@@ -70,6 +70,25 @@ says 1 'the geoid grid for .*differs' work geoid -q
 grid 40
 says 0 '' work geoid -q
 
+# Tasks that are not done yet may be so later, and nobody guesses which part of an array this is.
+says 0 '' plan dem -o here "${options[@]}" --vertical-datum ellipsoid
+says 75 'tasks have not been done' publish here -o here.sqlite
+unset SLURM_ARRAY_TASK_ID JOB_COMPLETION_INDEX AWS_BATCH_JOB_ARRAY_INDEX
+says 2 'no scheduler says which part' work here --stage 0 --part array/3
+says 0 '' work here --stage 0 --part array/1 -q
+
+# The rasters of a plan are found from any folder.
+mkdir elsewhere
+(cd elsewhere && "$program" work ../here -q > ../said 2>&1) || fail 'tasks cannot be done in another folder'
+says 0 '' publish here -o out -q
+
+# What a client reads before any tile of a folder is checked as well.
+says 0 'sound' check out
+cp -r out cut && rm cut/tileset.json
+says 1 'tileset.json: it is missing' check cut
+rm -r cut && cp -r out cut && for subtree in $(find cut -name '*.subtree'); do truncate -s -1 "$subtree"; done
+says 1 'it is no subtree file' check cut
+
 # Another version of the program.
 sed -i 's/"program": *"[^"]*"/"program":"cordillera 0.0.1"/' geoid/plan.json
 says 1 'was made by cordillera 0.0.1' work geoid -q
