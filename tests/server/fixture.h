@@ -255,4 +255,9 @@ inline std::string slug_of(const Response& response) {
   return type.substr(type.rfind(':') + 1);
 }
 
+/// As a client asks that wants to see the end.
+inline const std::map<std::string, std::string> kWait = {{"prefer", "wait=200"}};
+
+inline std::string posted_id(const Response& response) { return body_of(response)["id"]; }
+
 }  // namespace cordillera::server
