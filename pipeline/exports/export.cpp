@@ -1,5 +1,7 @@
 #include "pipeline/exports/export.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -11,7 +13,6 @@
 #include "pipeline/faces/batches.h"
 #include "pipeline/store/sqlite.h"
 #include "pipeline/tileset/manifest_json.h"
-#include "raster/disk/work_folder.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -25,26 +26,31 @@ Problem write_problem(const std::string& folder, const std::string& why) {
   return {"export-write", "the folder " + folder + " cannot be written: " + why, kAccepted, "output"};
 }
 
-/// Where files are written until all are there.
+// The temporary sibling; removed unless it was moved into place.
 class Workplace {
  public:
-  explicit Workplace(const fs::path& target) : folder_(target) {
-    if (folder_.held()) return;
-    throw exports::Refused{
-        {"export-folder-in-use", "another process writes " + target.string() + " now", "its end, or another folder", "output"}};
+  explicit Workplace(fs::path path) : path_(std::move(path)) {
+    fs::remove_all(path_);
+    fs::create_directories(path_);
   }
-  const fs::path& path() const { return folder_.path(); }
+  ~Workplace() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  Workplace(const Workplace&) = delete;
+  Workplace& operator=(const Workplace&) = delete;
+  const fs::path& path() const { return path_; }
 
   /// Before files are written there.
   void make_folder_of(const std::string& name) {
-    fs::path folder = (path() / name).parent_path();
+    fs::path folder = (path_ / name).parent_path();
     if (folder == last_folder_) return;
     fs::create_directories(folder);
     last_folder_ = std::move(folder);
   }
   /// By any thread.
   void write(const std::string& name, const std::string& bytes) const {
-    const fs::path file = path() / name;
+    const fs::path file = path_ / name;
     std::ofstream out(file, std::ios::binary);
     out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     out.close();
@@ -52,8 +58,7 @@ class Workplace {
   }
 
  private:
-  raster::WorkFolder folder_;
-  fs::path last_folder_;
+  fs::path path_, last_folder_;
 };
 
 struct File {
@@ -123,7 +128,7 @@ proto::Result<void> export_static(const faces::Terrain& terrain, const std::vect
   if (const auto usable = check_export_folder(folder, other); !usable) return usable;
   try {
     const fs::path target = (fs::absolute(folder) / "").lexically_normal().parent_path();  // without a slash at the end
-    Workplace work(target);
+    Workplace work(target.string() + ".partial-" + std::to_string(getpid()));
     write_faces(terrain, chosen, threads, work);
     work.write("manifest.json", manifest_json(terrain.manifest()));
     const bool has_page =

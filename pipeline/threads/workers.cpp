@@ -55,7 +55,7 @@ void Workers::work_in_place_of_a_worker(Loop& loop, std::unique_lock<std::mutex>
   const unsigned worker = idle_.back();
   idle_.pop_back();
   wake(loop.count - 1);
-  while (next() == &loop) do_some(loop, worker, lock);
+  while (next() == &loop) do_one(loop, worker, lock);
   idle_.push_back(worker);
   if (next() != nullptr) wake(1);
 }
@@ -70,7 +70,7 @@ void Workers::with_caller(std::size_t count, const std::function<void(std::size_
     loops_.push_back(&loop);
     wake(count - 1);
   }
-  while (loop.left() > 0) do_some(loop, threads(), lock);
+  while (loop.left() > 0) do_one(loop, threads(), lock);
   loop.ended.wait(lock, [&] { return loop.running == 0; });
   std::erase(loops_, &loop);
   if (loop.first) std::rethrow_exception(loop.first);
@@ -84,7 +84,7 @@ void Workers::run() {
     if (loop == nullptr) return;
     const unsigned worker = idle_.back();
     idle_.pop_back();
-    do_some(*loop, worker, lock);
+    do_one(*loop, worker, lock);
     idle_.push_back(worker);
   }
 }
@@ -105,17 +105,13 @@ Workers::Loop* Workers::next() {
   return found;
 }
 
-/// The more items are left, the more at a time, for each time the lock is taken; but soon others may go first.
-void Workers::do_some(Loop& loop, unsigned worker, std::unique_lock<std::mutex>& lock) {
-  constexpr std::size_t kMost = 16, kTimes = 4;  // a worker, at the least
-  std::size_t item = loop.next;
-  const std::size_t end = item + std::clamp<std::size_t>(loop.left() / (kTimes * threads()), 1, kMost);
-  loop.next = end;
+void Workers::do_one(Loop& loop, unsigned worker, std::unique_lock<std::mutex>& lock) {
+  const std::size_t item = loop.next++;
   ++loop.running;
   lock.unlock();
   std::exception_ptr thrown;
   try {
-    for (; item < end; ++item) loop.work(item, worker);
+    loop.work(item, worker);
   } catch (...) { thrown = std::current_exception(); }
   lock.lock();
   --loop.running;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <set>
 #include <vector>
@@ -74,11 +75,13 @@ std::string state_of_raster(const std::string& path, Trust trust) {
   if (parts.size() == 1) return own;
   // By names that are the same wherever the command is given.
   std::error_code error;
-  const fs::path folder = fs::absolute(path, error).parent_path();
+  const auto whole = [&](const std::string& name) { return fs::absolute(name, error).lexically_normal(); };
+  const fs::path folder = whole(path).parent_path();
+  std::map<std::string, std::string> states;  // by those names
+  for (const std::string& part : parts) states[whole(part).lexically_relative(folder).string()] = state_of(part);
   std::string all;
-  for (const std::string& part : parts)
-    all += fs::absolute(part, error).lexically_relative(folder).string() + "\n" + state_of(part) + "\n";
-  return own + ", and " + std::to_string(parts.size() - 1) + (parts.size() == 2 ? " file" : " files") +
+  for (const auto& [name, state] : states) all += name + "\n" + state + "\n";
+  return own + ", and " + std::to_string(states.size() - 1) + (states.size() == 2 ? " file" : " files") +
          " with it: " + hash_of(all);
 }
 

@@ -60,7 +60,7 @@ proto::Result<std::vector<std::size_t>> tasks_of(const WorkLine& line, const pro
   if (!line.part.empty()) {
     const std::string asked = line.part.substr(0, slash), number = asked == "array" ? array_number() : asked;
     const bool right = slash != std::string::npos && !read_whole(line.part.substr(slash + 1), {1, 1u << 24}, &parts) &&
-                       (number.empty() ? parts == 1 : !read_whole(number, {0, parts - 1}, &part));
+                       (asked == "array" && number.empty() ? parts == 1 : !read_whole(number, {0, parts - 1}, &part));
     if (asked == "array" && number.empty() && parts > 1)
       return Problem{"option-invalid",
                      "--part='" + line.part +
@@ -141,6 +141,23 @@ int say(const proto::WorkPlan& plan, const std::string& folder) {
 
 }  // namespace
 
+/// Tasks are done in other folders than this: files that are named get their whole paths.
+void find_from_anywhere(pipeline::BuildRequest& request) {
+  const auto whole = [](const std::string& path) {
+    std::error_code error;
+    return fs::is_regular_file(path, error) ? fs::absolute(path).lexically_normal().string() : path;
+  };
+  const auto of_options = [&](proto::BuildOptions& options) {
+    if (!options.vertical_datum().empty()) options.set_vertical_datum(whole(options.vertical_datum()));
+    if (!options.water_mask().empty()) options.set_water_mask(whole(options.water_mask()));
+  };
+  of_options(request.options);
+  for (raster::MosaicMember& member : request.members) {
+    member.path = whole(member.path);
+    of_options(member.options);
+  }
+}
+
 int plan_command(const Settings& settings, const PlanLine& line) {
   if (line.folder.empty()) return wrong_usage("plan needs to know where to write", "-o FOLDER", "--output");
   work::PlanGiven given;
@@ -161,12 +178,8 @@ int plan_command(const Settings& settings, const PlanLine& line) {
           SecondTime::ends);  // until here nothing asks whether to stop, and an end in the middle leaves nothing
   pipeline::BuildRequest request;
   request.members = std::move(sources->members);
-  // Tasks are done in other folders than this.
-  for (raster::MosaicMember& member : request.members) {
-    std::error_code error;
-    if (fs::exists(member.path, error)) member.path = fs::absolute(member.path).lexically_normal().string();
-  }
   request.options = settings.build;
+  find_from_anywhere(request);
   fs::path place = fs::path(line.folder).lexically_normal();
   if (!place.has_filename()) place = place.parent_path();
   request.raster_name = settings.build.name().empty() ? place.filename().string() : settings.build.name();

@@ -1,7 +1,6 @@
 #include <fstream>
 #include <set>
 
-#include "raster/disk/work_folder.h"
 #include "raster/disk/write_all.h"
 #include "server/datasets/adoption.h"
 #include "server/datasets/data_folder.h"
@@ -155,14 +154,17 @@ proto::Result<BackedUp> in_place(const fs::path& to, const std::function<BackedU
   if (!place.has_filename()) place = place.parent_path();
   if (fs::exists(place, error) && !(fs::is_directory(place, error) && fs::is_empty(place, error)))
     return cannot(place.string(), "it exists");
+  const fs::path work = place.string() + ".partial-" + std::to_string(getpid());
   try {
-    const raster::WorkFolder work(place);
-    if (!work.held()) return cannot(place.string(), "another process writes it now");
-    const BackedUp done = make(work.path());
-    if (!raster::put_in_place(work.path(), place))
+    fs::create_directories(work);
+    const BackedUp done = make(work);
+    if (!raster::put_in_place(work, place))
       throw fs::filesystem_error("cannot write", place, std::error_code(errno, std::generic_category()));
     return done;
-  } catch (const std::exception& failed) { return cannot(place.string(), failed.what()); }
+  } catch (const std::exception& failed) {
+    fs::remove_all(work, error);
+    return cannot(place.string(), failed.what());
+  }
 }
 
 }  // namespace

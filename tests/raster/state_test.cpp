@@ -1,8 +1,7 @@
-// Whether a raster is what it was, and folders that get their names when they are done.
+// Whether a raster is what it was.
 #include <chrono>
 #include <fstream>
 
-#include "raster/disk/work_folder.h"
 #include "raster/open/raster_state.h"
 #include "tests/raster/fixture.h"
 
@@ -59,34 +58,19 @@ TEST_F(RasterState, of_a_vrt_is_that_of_all_rasters_below_it) {
   const fs::path here = fs::current_path();
   fs::current_path(fs::path(path("outer.vrt")).parent_path());
   EXPECT_EQ(raster::state_of_raster("outer.vrt", raster::Trust::operator_file), after) << "however it is named";
+  EXPECT_EQ(raster::state_of_raster("../" + fs::current_path().filename().string() + "/outer.vrt", raster::Trust::operator_file),
+            after);
+  fs::current_path(here);
+  // A raster that is named by its whole path, below a VRT that is not.
+  std::string whole = vrt_of(path("dem.tif"));
+  whole.replace(whole.find("relativeToVRT=\"1\""), 17, "relativeToVRT=\"0\"");
+  write_text(whole, "whole.vrt");
+  fs::current_path(fs::path(path("whole.vrt")).parent_path());
+  const std::string up = "../" + fs::current_path().filename().string() + "/whole.vrt";
+  EXPECT_EQ(raster::state_of_raster(up, raster::Trust::operator_file), state("whole.vrt"));
   fs::current_path(here);
   write_text(vrt_of("outer.vrt"), "outer.vrt");  // names itself
   EXPECT_NE(state("outer.vrt"), "");
-}
-
-using WorkFolderTest = RasterTest;
-
-TEST_F(WorkFolderTest, what_a_killed_process_left_is_gone_and_nobody_else_writes_there) {
-  fs::create_directories(path("out.partial/tiles"));
-  std::ofstream(path("out.partial/tiles/old")) << "left";
-  {
-    const raster::WorkFolder first(path("out"));
-    ASSERT_TRUE(first.held());
-    EXPECT_TRUE(fs::is_empty(first.path()));
-    std::ofstream(first.path() / "new") << "made";
-    const raster::WorkFolder second(path("out"));
-    EXPECT_FALSE(second.held());
-    EXPECT_TRUE(fs::exists(first.path() / "new"));
-  }
-  EXPECT_FALSE(fs::exists(path("out.partial"))) << "it was not moved into place";
-  {
-    const raster::WorkFolder work(path("out"));
-    std::ofstream(work.path() / "new") << "made";
-    fs::rename(work.path(), path("out"));
-    fs::create_directories(work.path() / "of somebody else");
-  }
-  EXPECT_TRUE(fs::exists(path("out/new")));
-  EXPECT_TRUE(fs::exists(path("out.partial/of somebody else")));
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "pipeline/exports/mesh/mesh_weld.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace cordillera::pipeline::exports {
@@ -57,7 +58,12 @@ std::uint32_t MeshWelder::vertex(const Key& at, double height_m, bool shared) {
 /// hair's breadth beside vertices, or an edge runs through a corner, there would be needles that no float has room for.
 constexpr double kNearCells = 1.0 / 256;
 
-double MeshWelder::nearness() const { return kNearCells * static_cast<double>(lattice_.cell_units(window_.level)); }
+/// In a box that is smaller than a cell, of the box.
+double MeshWelder::nearness() const {
+  constexpr double kOfBox = 1.0 / 64;
+  const double cell = static_cast<double>(lattice_.cell_units(window_.level));
+  return std::min(kNearCells * cell, kOfBox * std::min(window_.east - window_.west, window_.north - window_.south));
+}
 
 /// Which step along which side; none of what is on no side.
 std::optional<MeshWelder::Key> MeshWelder::on_box(const PlanPoint& at) const {

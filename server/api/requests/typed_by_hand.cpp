@@ -4,6 +4,7 @@
 
 #include "proto/numbers.h"
 #include "server/api/requests/delivery.h"
+#include "server/http/gzip.h"
 #include "server/http/json.h"
 #include "server/http/percent.h"
 
@@ -69,7 +70,7 @@ proto::Result<Request> with_members(const Request& request, const Json& json) {
 
 /// A body of at most kMostJson bytes, whose length is known. A compressed one may become as long as it likes.
 bool is_short(const Request& request) {
-  if (request.header("content-encoding")) return false;
+  if (!coding_of(request.header("content-encoding").value_or("")).empty()) return false;
   const auto bytes = proto::number<std::size_t>(request.header("content-length").value_or(""));
   return bytes && *bytes <= kMostJson && request.read_body;
 }
