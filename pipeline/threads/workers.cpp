@@ -19,9 +19,8 @@ struct Workers::Loop {
 
 Workers::Workers(unsigned threads) {
   const unsigned count = threads ? threads : proto::usable_cores();
-  for (unsigned worker = count; worker > 0; --worker) idle_.push_back(worker - 1);
   try {
-    for (unsigned k = 0; k < count; ++k) threads_.emplace_back([this] { run(); });
+    for (unsigned worker = 0; worker < count; ++worker) threads_.emplace_back([this, worker] { run(worker); });
   } catch (...) {  // the system has no thread more
     end();
     throw;
@@ -44,20 +43,10 @@ void Workers::each(std::size_t count, const std::function<void(std::size_t, unsi
   Loop loop{work, count, haste};
   std::unique_lock lock(mutex_);
   loops_.push_back(&loop);
-  if (!idle_.empty()) work_in_place_of_a_worker(loop, lock);
+  changed_.notify_all();
   loop.ended.wait(lock, [&] { return loop.left() == 0 && loop.running == 0; });
   std::erase(loops_, &loop);
   if (loop.first) std::rethrow_exception(loop.first);
-}
-
-/// As long as no other loop goes first.
-void Workers::work_in_place_of_a_worker(Loop& loop, std::unique_lock<std::mutex>& lock) {
-  const unsigned worker = idle_.back();
-  idle_.pop_back();
-  wake(loop.count - 1);
-  while (next() == &loop) do_one(loop, worker, lock);
-  idle_.push_back(worker);
-  if (next() != nullptr) wake(1);
 }
 
 void Workers::with_caller(std::size_t count, const std::function<void(std::size_t)>& work) {
@@ -68,7 +57,7 @@ void Workers::with_caller(std::size_t count, const std::function<void(std::size_
   std::unique_lock lock(mutex_);
   if (count > 1) {
     loops_.push_back(&loop);
-    wake(count - 1);
+    changed_.notify_all();
   }
   while (loop.left() > 0) do_one(loop, threads(), lock);
   loop.ended.wait(lock, [&] { return loop.running == 0; });
@@ -76,22 +65,14 @@ void Workers::with_caller(std::size_t count, const std::function<void(std::size_
   if (loop.first) std::rethrow_exception(loop.first);
 }
 
-void Workers::run() {
+void Workers::run(unsigned worker) {
   std::unique_lock lock(mutex_);
   while (true) {
     Loop* loop = nullptr;
-    changed_.wait(lock, [&] { return (!idle_.empty() && (loop = next()) != nullptr) || ending_; });
+    changed_.wait(lock, [&] { return (loop = next()) != nullptr || ending_; });
     if (loop == nullptr) return;
-    const unsigned worker = idle_.back();
-    idle_.pop_back();
     do_one(*loop, worker, lock);
-    idle_.push_back(worker);
   }
-}
-
-/// Threads that may find no worker idle any more: whoever ends a worker's work looks for more, or wakes one.
-void Workers::wake(std::size_t most) {
-  for (std::size_t k = std::min(most, idle_.size()); k > 0; --k) changed_.notify_one();
 }
 
 Workers::Loop* Workers::next() {

@@ -20,8 +20,7 @@ class Workers {
   /// Calls work(item, worker) for every item in 0..count-1, worker in 0..threads()-1 (two calls of one worker never overlap, in
   /// whatever loops). Returns when all are done. The first exception is thrown again here, after the others have ended. Many may
   /// call at once, but not from within work. The loop with the fewest items left goes first: what it holds in memory is free the
-  /// sooner; before it one that somebody waits for. While a worker has nothing to do the caller works in its place: then a loop
-  /// of few items wakes no thread. So a worker is a number and what belongs to it, whose thread may change from item to item.
+  /// sooner; before it one that somebody waits for.
   void each(std::size_t count, const std::function<void(std::size_t item, unsigned worker)>& work, Haste haste = Haste::none);
   /// each(), for whom the worker does not matter. It outlives what is returned.
   std::function<void(std::size_t count, const std::function<void(std::size_t item)>& work)> loop() {
@@ -36,16 +35,13 @@ class Workers {
  private:
   struct Loop;
   void end();
-  void run();
+  void run(unsigned worker);
   Loop* next();  ///< with items left; null: none
-  void wake(std::size_t most);
-  void work_in_place_of_a_worker(Loop& loop, std::unique_lock<std::mutex>& lock);
   void do_one(Loop& loop, unsigned worker, std::unique_lock<std::mutex>& lock);
 
   std::mutex mutex_;  // of all that follows, and of loops
   std::condition_variable changed_;
-  std::vector<Loop*> loops_;    // in the order that they began
-  std::vector<unsigned> idle_;  // workers for whom no thread works, the caller of a loop neither
+  std::vector<Loop*> loops_;  // in the order that they began
   bool ending_ = false;
   std::vector<std::thread> threads_;
 };

@@ -28,20 +28,7 @@ TEST(Workers, DoEveryItemOnce) {
   workers.each(0, [](std::size_t, unsigned) { FAIL(); });
 }
 
-/// No thread is woken for what the caller does as soon.
-TEST(Workers, ACallerWorksInPlaceOfAnIdleWorker) {
-  Workers workers(2);
-  for (int k = 0; k < 100; ++k) {
-    std::thread::id by;
-    workers.each(1, [&](std::size_t, unsigned worker) {
-      EXPECT_LT(worker, 2u);
-      by = std::this_thread::get_id();
-    });
-    EXPECT_EQ(by, std::this_thread::get_id());
-  }
-}
-
-/// One that works for its own loop makes room.
+/// Between any two items of others.
 TEST(Workers, ALoopThatSomebodyWaitsForGoesFirst) {
   constexpr std::size_t kLong = 100'000;
   Workers workers(1);
