@@ -6,6 +6,7 @@
 #include "pipeline/check/check.h"
 #include "pipeline/check/error_laws.h"
 #include "pipeline/check/folder_documents.h"
+#include "pipeline/tileset/implicit_tile.h"
 #include "pipeline/tileset/manifest_json.h"
 #include "proto/files.h"
 #include "proto/numbers.h"
@@ -37,9 +38,7 @@ std::vector<proto::TileAddress> drc_tiles(const fs::path& folder, int level) {
 
 /// The .glb of a tile stands below its hemisphere.
 fs::path glb_path(const fs::path& folder, const proto::TileAddress& tile) {
-  const std::int32_t half = proto::tiles_across(tile.z) / 2;
-  const bool east = tile.x >= half;
-  return folder / "tiles" / (east ? "E" : "W") / std::to_string(tile.z) / std::to_string(east ? tile.x - half : tile.x) /
+  return folder / "tiles" / std::string(1, hemisphere_of(tile)) / std::to_string(tile.z) / std::to_string(implicit_x(tile)) /
          (std::to_string(tile.y) + ".glb");
 }
 

@@ -1,14 +1,12 @@
 #include "pipeline/check/folder_documents.h"
 
 #include <cstdint>
-#include <optional>
 #include <utility>
 
 #include "pipeline/encode/json.h"
 #include "pipeline/encode/little_endian.h"
 #include "pipeline/tileset/implicit_tile.h"
 #include "pipeline/tileset/subtree.h"
-#include "pipeline/tileset/tileset.h"
 #include "proto/files.h"
 
 namespace cordillera::pipeline::check {

@@ -31,8 +31,7 @@ Json entry_of(const faces::Terrain& terrain, const faces::Face& face) {
 
 raster::Area area_in(const proto::Manifest& manifest, faces::Grid grid) {
   constexpr raster::Area kEverywhere{-180, -90, 180, 90};
-  const bool mercator = grid == faces::Grid::web_mercator || grid == faces::Grid::web_mercator_south;
-  return (mercator ? faces::extent_of(manifest) : raster::area_of(manifest.bounds())).value_or(kEverywhere);
+  return (is_mercator(grid) ? faces::extent_of(manifest) : raster::area_of(manifest.bounds())).value_or(kEverywhere);
 }
 
 }  // namespace

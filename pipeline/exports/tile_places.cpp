@@ -58,8 +58,6 @@ Place place_at(Grid grid, const SquareAddress& address) {
   return {0, address.zoom - 1, x, proto::tiles_up(address.zoom - 1) - 1 - y};
 }
 
-const char* square_matrix_set(Grid grid) {
-  return grid == Grid::web_mercator || grid == Grid::web_mercator_south ? "WebMercatorQuad" : "GoogleCRS84Quad";
-}
+const char* square_matrix_set(Grid grid) { return is_mercator(grid) ? "WebMercatorQuad" : "GoogleCRS84Quad"; }
 
 }  // namespace cordillera::pipeline::exports

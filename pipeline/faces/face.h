@@ -38,6 +38,7 @@ enum class Grid : std::uint8_t {
   web_mercator,        ///< one tile at level 0, y from the north
   web_mercator_south,  ///< the same tiles, y from the south
 };
+inline bool is_mercator(Grid grid) { return grid == Grid::web_mercator || grid == Grid::web_mercator_south; }
 
 /// Makes a document. Nothing where the place has no tile; a problem where the dataset or the machine cannot give any.
 using Make = proto::Result<std::optional<Document>> (*)(const Terrain& terrain, const Place& place);

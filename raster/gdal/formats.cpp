@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <filesystem>
+#include <sstream>
 
 #include "proto/letters.h"
 #include "proto/utf8.h"
@@ -72,6 +74,19 @@ bool is_side_of(const std::string& raster, const std::string& other) {
   if (name == of + std::string(kPam) || name == stem(of) + std::string(kPam)) return true;
   if (name == of || stem(name) != stem(of)) return false;
   return is_side_extension(extension_of(name)) || (extension_of(name).empty() && extension_of(of) == ".ers");
+}
+
+std::vector<std::string> sides_of(const std::string& raster) {
+  std::vector<std::string> sides;
+  std::istringstream extensions{std::string(kSides)};
+  for (std::string small; extensions >> small;) {
+    std::string capital = small;
+    std::transform(capital.begin(), capital.end(), capital.begin(), [](unsigned char c) { return std::toupper(c); });
+    for (const std::string& extension : {small, capital})
+      sides.push_back(std::filesystem::path(raster).replace_extension(extension).string());
+  }
+  if (extension_of(raster) == ".ers") sides.push_back(std::filesystem::path(raster).replace_extension().string());
+  return sides;
 }
 
 const Format* needs_others(std::string_view extension) {

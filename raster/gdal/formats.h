@@ -35,6 +35,8 @@ bool is_side_extension(std::string_view extension);
 /// Whether a file of this name says something of the raster of that name and is none itself: of "dem.tif" those are "dem.tfw",
 /// "dem.prj", "dem.tif.aux.xml" and such, and of an ER Mapper header "dem.ers" the heights, "dem".
 bool is_side_of(const std::string& raster, const std::string& other);
+/// Names of files that is_side_of() takes for sides of the raster of this path, notes left out, in small and in capital letters.
+std::vector<std::string> sides_of(const std::string& raster);
 /// "dem.tif.aux.xml": GDAL's and Esri's notes on a raster. They can name other files, so an unpacked one lies where no driver
 /// looks for it.
 bool is_pam(const std::string& name);

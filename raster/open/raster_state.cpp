@@ -2,7 +2,6 @@
 
 #include <gdal_priv.h>
 
-#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -20,17 +19,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// In place of the raster's own extension: world files of GeoTIFF, JPEG, PNG, BMP and any, CRS, header.
-constexpr const char* kBeside[] = {".tfw", ".tifw", ".jgw", ".pgw", ".bpw", ".wld", ".prj", ".hdr"};
-
 std::vector<std::string> files_beside(const std::string& path) {
-  std::vector<std::string> files{path + ".msk"};
-  for (std::string extension : kBeside) {
-    for (const int turn : {0, 1}) {
-      if (turn == 1) std::transform(extension.begin(), extension.end(), extension.begin(), ::toupper);
-      files.push_back(fs::path(path).replace_extension(extension).string());
-    }
-  }
+  std::vector<std::string> files = sides_of(path);
+  files.push_back(path + ".msk");
   std::error_code error;
   std::erase_if(files, [&](const std::string& file) { return file == path || !fs::is_regular_file(file, error); });
   return files;

@@ -12,11 +12,11 @@ namespace cordillera::server::access {
 
 std::optional<proto::Problem> refuse_audit_log(const std::filesystem::path& file) {
   std::error_code error;
-  const bool there = std::filesystem::exists(file, error);
+  const bool there = std::filesystem::exists(file, error), is_folder = std::filesystem::is_directory(file, error);
   const std::filesystem::path folder = std::filesystem::absolute(file, error).parent_path();
-  const char* const written = there ? file.c_str() : folder.c_str();
-  if (!std::filesystem::is_directory(file, error) && ::access(written, there ? W_OK : W_OK | X_OK) == 0) return std::nullopt;
-  const std::string why = std::filesystem::is_directory(file, error) ? "it is a folder" : strerror(errno);
+  const int asked = there ? ::access(file.c_str(), W_OK) : ::access(folder.c_str(), W_OK | X_OK);
+  const std::string why = is_folder ? "it is a folder" : asked != 0 ? strerror(errno) : "";
+  if (why.empty()) return std::nullopt;
   return proto::Problem{"option-invalid", "the audit log " + file.string() + " cannot be written: " + why,
                         "a file in a folder that can be written", "--audit-log"};
 }

@@ -50,7 +50,7 @@ pipeline::faces::Zooms zooms(const proto::Manifest& manifest, const pipeline::fa
 /// Levels or zooms at which there may be tiles of a resource.
 pipeline::faces::Zooms levels_of(const proto::Manifest& manifest, const pipeline::faces::Resource& tiles) {
   using pipeline::faces::Grid;
-  const bool mercator = tiles.grid == Grid::web_mercator || tiles.grid == Grid::web_mercator_south;
+  const bool mercator = is_mercator(tiles.grid);
   return mercator ? zooms(manifest, tiles)
                   : pipeline::faces::Zooms{static_cast<int>(manifest.min_level()), static_cast<int>(manifest.max_level())};
 }

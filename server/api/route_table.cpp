@@ -1,6 +1,4 @@
 // The table: a resource is answered, described and counted because it stands here. A new one is a row and its handler.
-#include <cstdlib>
-
 #include "pipeline/store/sqlite.h"
 #include "proto/numbers.h"
 #include "server/api/api.h"
@@ -93,11 +91,11 @@ Response posted(Service& service, const Request& request) { return post_dataset(
 /// Room for all of it must be there now: a client that is told "no" after 40 GB has wasted a day.
 Response begin_upload(Service& service, const Request& request) {
   const auto bytes = announced_bytes(request.header("upload-length").value_or(""));
-  const bool fits =
-      bytes && *bytes <= upload_bounds(service.settings().serve.limits, request).most_bytes;  // else begin() says why
+  const uploads::Bounds bounds = upload_bounds(service.settings().serve.limits, request);
+  const bool fits = bytes && *bytes <= bounds.most_bytes;  // else begin() says why
   const std::string full = fits ? service.admission().space().full(*bytes) : "";
   if (!full.empty()) return problem_response(limits::storage_full(full));
-  return uploads::begin(service.uploads(), request, upload_bounds(service.settings().serve.limits, request));
+  return uploads::begin(service.uploads(), request, bounds);
 }
 
 Response at_upload(Service& service, const Request& request, const Route& route) {

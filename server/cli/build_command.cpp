@@ -122,9 +122,9 @@ int build_beside(pipeline::BuildRequest request, const BuildLine& line, const fs
 }
 
 /// What no folder is called by intention.
-constexpr std::string_view kFileEndings[] = {".zip",  ".gz",  ".tgz",  ".tar",     ".7z",   ".png",  ".jpg",     ".jpeg", ".webp",
-                                             ".html", ".htm", ".json", ".geojson", ".gltf", ".las",  ".laz",     ".db",   ".gpkg",
-                                             ".csv",  ".kml", ".kmz",  ".shp",     ".pdf",  ".b3dm", ".terrain", ".drc"};
+constexpr std::string_view kFileEndings[] = {".zip",  ".gz",  ".tgz",  ".tar",     ".7z",   ".png",     ".jpg", ".jpeg", ".webp",
+                                             ".html", ".htm", ".json", ".geojson", ".gltf", ".las",     ".laz", ".db",   ".csv",
+                                             ".kml",  ".kmz", ".shp",  ".pdf",     ".b3dm", ".terrain", ".drc"};
 
 /// dem.tif, out.zip: who says so means a file, unless such a folder is there or a slash says that it is one.
 bool means_another_file(const std::string& output) {

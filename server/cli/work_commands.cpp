@@ -39,12 +39,12 @@ int wrong_usage(const std::string& detail, const std::string& accepted, const st
   return kUsage;
 }
 
-/// The number that a scheduler gives to a task of an array; empty where there is none.
-std::string array_number() {
+/// The number that a scheduler gives to a task of an array of so many; empty where no scheduler says it and they are several.
+std::string array_number(std::uint32_t parts) {
   for (const char* variable : {"SLURM_ARRAY_TASK_ID", "JOB_COMPLETION_INDEX", "AWS_BATCH_JOB_ARRAY_INDEX"}) {
     if (const char* number = std::getenv(variable)) return number;
   }
-  return "";
+  return parts == 1 ? "0" : "";
 }
 
 /// The tasks that a line asks for, of one stage.
@@ -58,15 +58,15 @@ proto::Result<std::vector<std::size_t>> tasks_of(const WorkLine& line, const pro
   }
   const std::size_t slash = line.part.find('/');
   if (!line.part.empty()) {
-    const std::string asked = line.part.substr(0, slash), number = asked == "array" ? array_number() : asked;
-    const bool right = slash != std::string::npos && !read_whole(line.part.substr(slash + 1), {1, 1u << 24}, &parts) &&
-                       (asked == "array" && number.empty() ? parts == 1 : !read_whole(number, {0, parts - 1}, &part));
-    if (asked == "array" && number.empty() && parts > 1)
+    const bool counted = slash != std::string::npos && !read_whole(line.part.substr(slash + 1), {1, 1u << 24}, &parts);
+    const std::string asked = line.part.substr(0, slash), number = asked == "array" ? array_number(parts) : asked;
+    if (asked == "array" && number.empty())
       return Problem{"option-invalid",
                      "--part='" + line.part +
                          "', and no scheduler says which part this is: none of SLURM_ARRAY_TASK_ID, "
                          "JOB_COMPLETION_INDEX and AWS_BATCH_JOB_ARRAY_INDEX is set",
                      "K/N with K from 0 to N - 1", "--part"};
+    const bool right = counted && !read_whole(number, {0, parts - 1}, &part);
     if (!right) {
       return Problem{
           "option-invalid",
@@ -139,8 +139,6 @@ int say(const proto::WorkPlan& plan, const std::string& folder) {
   return kDone;
 }
 
-}  // namespace
-
 /// Tasks are done in other folders than this: files that are named get their whole paths.
 void find_from_anywhere(pipeline::BuildRequest& request) {
   const auto whole = [](const std::string& path) {
@@ -157,6 +155,8 @@ void find_from_anywhere(pipeline::BuildRequest& request) {
     of_options(member.options);
   }
 }
+
+}  // namespace
 
 int plan_command(const Settings& settings, const PlanLine& line) {
   if (line.folder.empty()) return wrong_usage("plan needs to know where to write", "-o FOLDER", "--output");
@@ -236,11 +236,13 @@ int tasks_command(const std::string& folder, Show show) {
 
 int publish_command(const PublishLine& line) {
   if (line.output.empty()) return wrong_usage("publish needs to know where to write", "-o FOLDER or -o FILE.sqlite", "--output");
+  const bool file = line.output.ends_with(".sqlite"), remote = raster::is_remote(line.output);
+  if (const auto shown = check_look(line.look, line.formats); !file && !shown)
+    return wrong_usage(shown.problem().detail, shown.problem().accepted, shown.problem().parameter);
   const auto look = look_of(line.look);
   if (!look && look.problem().type == "usage")
     return wrong_usage(look.problem().detail, look.problem().accepted, look.problem().parameter);
   if (!look) return fail(look.problem());
-  const bool file = line.output.ends_with(".sqlite"), remote = raster::is_remote(line.output);
   if (remote && !file)
     return wrong_usage("in object storage a dataset is one object", "a name that ends in .sqlite: /vsis3/BUCKET/NAME.sqlite",
                        "--output");

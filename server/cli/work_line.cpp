@@ -61,11 +61,6 @@ std::optional<int> WorkWords::run() {
     complain(chosen.problem());
     return kUsage;
   }
-  const bool folder = !publish_line_.output.ends_with(".sqlite");
-  if (const auto shown = check_look(publish_line_.look, *chosen); folder && !shown) {
-    complain(shown.problem());
-    return kUsage;
-  }
   publish_line_.formats = std::move(*chosen);
   return publish_command(publish_line_);
 }

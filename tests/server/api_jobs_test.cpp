@@ -4,10 +4,8 @@
 
 #include <filesystem>
 #include <fstream>
-#include <set>
 
 #include "fixture.h"
-#include "pipeline/tileset/manifest_json.h"
 
 namespace cordillera::server {
 namespace {

@@ -1,22 +1,14 @@
 // What can be read of a dataset while its build goes on: provisional tiles at the addresses of the final ones.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <sys/inotify.h>
-#include <unistd.h>
 
-#include <algorithm>
-
-#include "front_fixture.h"
 #include "live_fixture.h"
-#include "program_fixture.h"
 #include "server/jobs/provisional.h"
 
 namespace cordillera::server {
 namespace {
 
 using live_fixture::Live;
-using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 

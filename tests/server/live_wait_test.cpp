@@ -1,16 +1,15 @@
 // Requests that wait for a tile: how long, how many, and what they are told.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <signal.h>
 #include <sys/inotify.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <chrono>
 
 #include "front_fixture.h"
 #include "live_fixture.h"
-#include "program_fixture.h"
-#include "server/jobs/provisional.h"
 
 namespace cordillera::server {
 namespace {
@@ -18,7 +17,6 @@ namespace {
 using live_fixture::Live;
 using testing::AllOf;
 using testing::HasSubstr;
-using testing::Not;
 
 /// Of lazy datasets, and of full ones where the client prefers to wait. Their jobs build until they are told to go.
 class LiveWait : public Live {
