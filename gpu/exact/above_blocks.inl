@@ -25,7 +25,9 @@ proto::Result<std::vector<BlockMesh>> Engine<Executor>::simplify_above(const Gro
   block.columns = ground.columns, block.rows = ground.rows;
   block.curve = ground.curve, block.curve_up = ground.curve_up;
   block.sample_m = ground.sample_m;
+  if (ground.closes) block.sides[kWest] = block.sides[kEast] = SideKind::shared;  // a vertex there has neighbours on both
   lay_out_blocks({&block, 1}, plan, Holds::squares);
+  blocks_[0].closes = ground.closes;
   load_ground(ground, joined_depths(ground, plan.levels.back().rim_reach, to_valid, to_void));
   load_curves({&block, 1});
   bound(1);
@@ -40,9 +42,7 @@ void Engine<Executor>::load_ground(const Ground& ground, const std::vector<Depth
   Field& field = blocks_[0].field;
   const Squares& squares = ground.squares;
   executor_->copy_in(planes_.data() + places_[0].square[0], squares.plane.data(), squares.plane.size());
-  codes_.reserve(squares.code.size());
-  executor_->copy_in(codes_.data(), squares.code.data(), squares.code.size());
-  field.code = codes_.data();
+  field.code = executor_->readable(codes_, squares.code.data(), squares.code.size());
   if (!depths.empty()) {
     for (int tier = 0; tier < kTiers; ++tier) field.tier_depth[tier] = tier_depths_.data() + places_[0].square[tier];
     executor_->copy_in(tier_depths_.data() + places_[0].square[0], depths.data(), depths.size());
@@ -75,7 +75,7 @@ template <class Executor>
 void Engine<Executor>::fit_bins() {
   std::vector<std::uint32_t> position(vertices_);
   executor_->copy_out(position.data(), mesh_.position.data(), vertices_);
-  bin_shift_ = bin_shift_for(position);
+  bin_shift_ = bin_shift_for(blocks_[0].field, position);
   choose_bin_bits();
   executor_->copy_in(block_array_.data(), blocks_.data(), blocks_.size());
 }

@@ -12,7 +12,8 @@ inline constexpr int kBinShift =
 /// Vertices on a window's rim wait for the next pass, so small windows leave up to a quarter more triangles. Blocks of fewer
 /// samples mostly go several together on a GPU, and one alone takes some milliseconds more; a large one has smaller windows where
 /// that gives so many of them.
-inline constexpr std::uint32_t kSamplesOfLarge = 1 << 23, kWindowsWanted = 132;
+inline constexpr std::int64_t kSamplesOfLarge = 1 << 23;
+inline constexpr std::uint32_t kWindowsWanted = 132;
 
 CORDILLERA_HD inline std::uint32_t spread_bits(std::uint32_t v) {
   v = (v | v << 8) & 0x00ff00ffu;
@@ -70,8 +71,7 @@ struct CutView {
   /// Room of a window: likewise.
   CORDILLERA_HD std::uint32_t capacity(std::uint32_t block) const {
     const Field& field = views[block].field;
-    if (static_cast<std::uint32_t>(field.columns) * static_cast<std::uint32_t>(field.rows) < kSamplesOfLarge)
-      return kWindowCapacity;
+    if (std::int64_t{field.columns} * field.rows < kSamplesOfLarge) return kWindowCapacity;
     const std::uint32_t wanted = (first_vertex[block + 1] - first_vertex[block]) / kWindowsWanted & ~3u;
     return wanted < kSmallestWindow ? kSmallestWindow : wanted > kWindowCapacity ? kWindowCapacity : wanted;
   }

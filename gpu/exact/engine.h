@@ -2,6 +2,7 @@
 // The driver of the engine, written once in steps over arrays (engine.inl); an Executor runs the steps. Beyond those of
 // gpu/collapse/waves.h (Array<T>, copy_in, copy_out, zero, each, exclusive_sum, group) it has:
 //   rows(room, from, columns, rows, stride)   rows of a host's array, where the steps can read them
+//   readable(room, from, n)                   likewise n values, until the call ends
 //   each_at(columns, rows, f)                 f(x, y) for x in 0..columns-1, y in 0..rows-1
 //   each_run(n, f)                            f(i, lanes) for i in 0..n-1, with as many lanes as the executor likes
 //   windows(pass, count)                      the windows of a pass

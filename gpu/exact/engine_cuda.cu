@@ -76,6 +76,12 @@ class CudaExecutor : public CudaSteps {
                                       cudaMemcpyHostToDevice, stream_));
     return {room.data(), columns};
   }
+  template <class T>
+  const T* readable(Array<T>& room, const T* from, std::size_t n) {
+    room.reserve(n);
+    copy_in(room.data(), from, n);
+    return room.data();
+  }
   template <class F>
   void each_at(int columns, int rows, const F& f) {
     each(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), AtPlace<F>{f, static_cast<std::uint32_t>(columns)});

@@ -132,18 +132,19 @@ proto::Result<RingMesh> ring_mesh(const BlockMesh& mesh, std::int32_t columns, s
   return rings;
 }
 
-int bin_shift_for(std::span<const std::uint32_t> positions) {
-  constexpr int kMostShift = 8;
-  constexpr std::uint32_t kBinsOfWindow = 16;  // or seams, which lie between bins, would be the same in every pass
+int bin_shift_for(const Field& field, std::span<const std::uint32_t> positions) {
+  constexpr int kMostShift = 8, kManyBits = 11;  // of bins, a way
+  constexpr std::uint32_t kBinsOfWindow = 16;    // or seams, which lie between bins, would be the same in every pass
   for (int shift = kMostShift; shift > kBinShift; --shift) {
-    const std::size_t across = (std::size_t{kMostSamples} >> shift) + 1;
-    std::vector<std::uint32_t> count(across * across, 0);
-    std::uint32_t most = 0;
-    for (const std::uint32_t p : positions)
-      most = std::max(
-          most,
-          ++count[static_cast<std::size_t>(position_y(p) >> shift) * across + static_cast<std::size_t>(position_x(p) >> shift)]);
-    if (most <= kSmallestWindow / kBinsOfWindow) return shift;
+    const std::uint32_t room = bin_bits_of(field, shift) < kManyBits ? kSmallestWindow / kBinsOfWindow : kSmallestWindow;
+    const std::size_t across = (static_cast<std::size_t>(field.columns) >> shift) + 1,
+                      up = (static_cast<std::size_t>(field.rows) >> shift) + 1;
+    std::vector<std::uint32_t> count(across * up, 0);
+    const auto bin_of = [&](std::uint32_t p) {
+      return static_cast<std::size_t>(position_y(p) >> shift) * across + static_cast<std::size_t>(position_x(p) >> shift);
+    };
+    if (std::all_of(positions.begin(), positions.end(), [&](std::uint32_t p) { return ++count[bin_of(p)] <= room; }))
+      return shift;
   }
   return kBinShift;
 }

@@ -27,7 +27,8 @@ struct RingMesh {
 /// columns, rows: of the rectangle that the triangles cover. "option-invalid": they do not, or a vertex has too many neighbours.
 proto::Result<RingMesh> ring_mesh(const BlockMesh& mesh, std::int32_t columns, std::int32_t rows);
 
-/// The largest bins, as a shift, of which several fit into the smallest window: collapses only take vertices away.
-int bin_shift_for(std::span<const std::uint32_t> positions);
+/// The largest bins, as a shift, of which several fit into the smallest window: collapses only take vertices away. Of a field so
+/// large that there would be millions of such bins, the largest of which one fits.
+int bin_shift_for(const Field& field, std::span<const std::uint32_t> positions);
 
 }  // namespace cordillera::gpu::exact

@@ -113,9 +113,15 @@ std::optional<proto::Problem> check_call(std::span<const Block> blocks, const Bl
 
 std::optional<proto::Problem> check_call(const Ground& ground, const BlockPlan& plan) {
   if (auto problem = check_plan(plan)) return problem;
-  if (ground.columns < 2 || ground.rows < 2 || ground.columns > kMostSamples || ground.rows > kMostSamples)
+  if (ground.columns < 2 || ground.rows < 2 || ground.columns > kMostAbove || ground.rows > kMostAbove)
     return invalid("a ground of " + std::to_string(ground.columns) + " x " + std::to_string(ground.rows) + " samples",
-                   "2 to 16385 each way", "ground");
+                   "2 to 65536 each way", "ground");
+  const std::int64_t half = (ground.columns - 1) / 2;
+  const auto is_line = [side = std::int64_t{plan.tile_side} << (plan.levels.size() - 1)](std::int64_t x) {
+    return x % side == 0;
+  };
+  if (ground.closes && !(is_line(ground.west) && is_line(half) && 2 * half + 1 == ground.columns && half % 8 == 0))
+    return invalid("a ground that closes is not cut at sides of tiles", "such ones, and halfway between them", "ground");
   const std::size_t squares = ground.across() * ground.up();
   const Squares& known = ground.squares;
   if (known.plane.size() != squares || known.code.size() != 64 * squares ||

@@ -45,6 +45,7 @@ struct Block {
   double sample_m = 1;  ///< from row to row, at the least: what a level's rounding is measured in
 };
 inline constexpr std::int32_t kMostSamples = 16385;  ///< each way
+inline constexpr std::int32_t kMostAbove = 65536;    ///< likewise, of a ground
 inline constexpr int kMostRimReach = 12;
 
 enum class Quality { fast, standard, best };  ///< heights of vertices are fitted never, once, twice a pass
@@ -109,7 +110,11 @@ struct Squares {
 /// A rectangle of the lattice above blocks, in place of its samples. Squares of the last columns and rows reach beyond it.
 struct Ground {
   std::int64_t west = 0, south = 0;
-  std::int32_t columns = 0, rows = 0;  ///< samples
+  std::int32_t columns = 0, rows = 0;  ///< samples, 2 .. kMostAbove each
+  /// It goes around the earth: its western and its eastern side are one line, where the start has the same vertices. They keep
+  /// their places, so that both sides stay the same; and vertices on the meridian halfway between stay so few-edged that it can
+  /// become the sides of another call. Sides of tiles of all levels lie on these lines.
+  bool closes = false;
   Squares squares;
   std::span<const CurveRow> curve{};  ///< see Block, as what follows
   float curve_up = 0;

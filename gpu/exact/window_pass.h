@@ -54,7 +54,7 @@ struct LoadVertex {
     if (upright || ((block.lattice_x + x) & mask) == 0) flag |= kOnUpright;
     if (level || ((block.lattice_y + y) & mask) == 0) flag |= kOnLevel;
     if (upright && level) flag |= kBlockCorner;
-    if (block.sides_at(x, y) & block.sides_held) flag |= kHeldSide;
+    if (block.is_on_cut(x, y)) flag |= kHeldSide;
     return flag;
   }
   CORDILLERA_HD void operator()(int i) const {
@@ -65,7 +65,8 @@ struct LoadVertex {
     const std::uint8_t lines = lines_at(x, y);
     const bool outside = load_ring(i, v),
                on_meridian = (lines & kOnUpright) && stays_on_meridian(w.curve.at(y).to_pole, pass.rules.tile_side);
-    const bool locked = outside || (mark & kHeld) || on_meridian;
+    const bool on_seam = block.closes && (x == block.west || x == block.east);
+    const bool locked = outside || (mark & kHeld) || on_meridian || on_seam;
     w.position(i) = position;
     w.height(i) = pass.mesh.height[v];
     w.truth(i) = block.field.height_at(x, y);

@@ -312,22 +312,53 @@ proto::Result<FinishedTask> Builder::block(const proto::TileAddress& node, const
 proto::Result<FinishedTask> Builder::merge_at_once(const ChildMesh& mesh_of) {
   const std::vector<proto::TileAddress> below = nodes_below(plan_, {});
   std::vector<std::optional<proto::Result<KeptBlock>>> blocks(below.size());
-  gpu::exact::Ground unknown;
-  workers_.each(1 + below.size(), [&](std::size_t k, unsigned) {
+  const std::int64_t side = lattice_.tile_units(static_cast<int>(plan_.block_level()));
+  const auto read = [&](std::size_t k) {
+    const auto bytes = mesh_of(below[k]);
+    if (!bytes.ok())
+      blocks[k] = bytes.problem();
+    else if (*bytes)
+      blocks[k] = kept_block_from(**bytes, side);
+  };
+  // The ground's memory takes as long to be had as some blocks to be read. Of the others each is put there as it is read, so that
+  // not all of them are in memory twice. Of a large one, what blocks were made with is a good part of it, too.
+  constexpr std::size_t kReadMeanwhile = 64;
+  if (below.size() > kReadMeanwhile) exact_.give_back_memory();
+  const std::size_t meanwhile = std::min(below.size(), kReadMeanwhile);
+  Above above;
+  workers_.each(1 + meanwhile, [&](std::size_t k, unsigned) {
     if (k == 0)
-      unknown = unknown_ground(plan_);
-    else if (const std::optional<std::string> bytes = mesh_of(below[k - 1]))
-      blocks[k - 1] = kept_block_from(*bytes);
+      above.ground = unknown_ground(plan_);
+    else
+      read(k - 1);
   });
-  std::vector<const KeptBlock*> kept(below.size());
+  std::atomic<bool> voids{false};
+  workers_.each(below.size(), [&](std::size_t k, unsigned) {
+    if (k >= meanwhile && !stop_) read(k);
+    const bool known = blocks[k] && blocks[k]->ok();
+    if (!known || !(*blocks[k])->squares.depth.empty()) voids = true;
+    if (!known) return;
+    place_squares(plan_, static_cast<std::int32_t>(k), (*blocks[k])->squares, above.ground);
+    (*blocks[k])->squares = {};
+  });
+  if (stop_) return kCancelled;
+  if (!voids) above.ground.squares.depth.clear();
   std::vector<proto::TileAddress> consumed;
+  std::vector<const proto::TileMesh*> meshes(below.size());
   for (std::size_t k = 0; k < below.size(); ++k) {
     if (!blocks[k]) continue;
     if (!blocks[k]->ok()) return blocks[k]->problem();
-    kept[k] = &**blocks[k];
+    meshes[k] = &(*blocks[k])->mesh;
     consumed.push_back(below[k]);
   }
-  auto task = build_exact_above(plan_, std::move(unknown), kept, exact_, workers_);
+  if (consumed.empty()) {
+    FinishedTask nothing;
+    nothing.node = node_above(plan_);
+    return nothing;
+  }
+  above.start = joined_mesh(plan_, meshes);
+  blocks.clear();
+  auto task = build_exact_above(plan_, std::move(above), exact_, workers_);
   if (stop_) return kCancelled;
   if (task.ok()) task->consumed = std::move(consumed);
   return task;
@@ -341,9 +372,10 @@ proto::Result<FinishedTask> Builder::merge(const proto::TileAddress& node, const
   std::array<const BuiltTile*, 4> children{};
   for (std::size_t c = 0; c < 4; ++c) {
     const proto::TileAddress child = node.child(static_cast<int>(c));
-    const std::optional<std::string> bytes = mesh_of(child);
-    if (!bytes) continue;
-    proto::Result<BuiltTile> tile = tile_from_bytes(child, *bytes);
+    const auto bytes = mesh_of(child);
+    if (!bytes.ok()) return bytes.problem();
+    if (!*bytes) continue;
+    proto::Result<BuiltTile> tile = tile_from_bytes(child, **bytes);
     if (!tile.ok()) return tile.problem();
     tiles[c] = std::move(*tile);
     children[c] = &tiles[c];

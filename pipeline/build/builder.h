@@ -58,8 +58,8 @@ class Builder {
   /// thread.
   proto::Result<FinishedTask> block(const proto::TileAddress& node, const std::function<void(double)>& share,
                                     const FinestSink& finest = {});
-  /// The mesh that a finished task left for its parent; nullopt where it has none.
-  using ChildMesh = std::function<std::optional<std::string>(const proto::TileAddress& child)>;
+  /// The mesh that a finished task left for its parent; nullopt where it has none. Called by any thread.
+  using ChildMesh = std::function<proto::Result<std::optional<std::string>>(const proto::TileAddress& child)>;
   /// One parent above the blocks; where these are merged at once, all levels above them. It asks for those of nodes_below().
   proto::Result<FinishedTask> merge(const proto::TileAddress& node, const ChildMesh& mesh_of);
 

@@ -227,16 +227,10 @@ class AboveBuild {
   }
 
   proto::Result<std::vector<EncodedTile>> run(ExactSimplifiers& simplifiers) {
-    std::vector<std::future<std::vector<EncodedTile>>> under_way;
-    const auto take = [&](std::size_t l, BlockMesh&& mesh) {
-      if (l == 0) under_way.clear();  // a lost device's
-      const int z = static_cast<int>(plan_.block_level()) - 1 - static_cast<int>(l);
-      under_way.push_back(std::async(std::launch::async, [this, z, kept = std::move(mesh)] { return finished(z, kept); }));
-    };
-    const auto made = simplifiers.simplify_above(above_, levels_above(plan_), take);
+    const auto made = above_.ground.closes ? run_around(simplifiers) : run_levels(simplifiers);
     if (!made.ok()) return made.problem();
     std::vector<EncodedTile> all;
-    for (auto& level : under_way) {
+    for (auto& level : under_way_) {
       std::vector<EncodedTile> tiles = level.get();
       std::move(tiles.begin(), tiles.end(), std::back_inserter(all));
     }
@@ -244,9 +238,42 @@ class AboveBuild {
   }
 
  private:
-  std::vector<EncodedTile> finished(int z, const BlockMesh& mesh) {
+  proto::Result<void> run_levels(ExactSimplifiers& simplifiers) {
+    return simplifiers.simplify_above(above_.ground, above_.start, levels_above(plan_), [&](std::size_t l, BlockMesh&& mesh) {
+      if (l == 0) under_way_.clear();  // a lost device's
+      finish(l, place_.west, std::move(mesh));
+    });
+  }
+  /// The sides of a ground that closes stay as they are. So each level is cut where the one before was simplified.
+  proto::Result<void> run_around(ExactSimplifiers& simplifiers) {
+    const gpu::exact::BlockPlan all = levels_above(plan_);
+    const std::size_t levels = all.levels.size();
+    const gpu::exact::Ground turned = levels > 1 ? half_turned(above_.ground) : gpu::exact::Ground();
+    for (std::size_t l = 0; l < levels; ++l) {
+      gpu::exact::BlockPlan level = all;
+      level.levels = {all.levels[l]};
+      level.tile_side <<= l;
+      const gpu::exact::Ground& ground = l % 2 == 0 ? above_.ground : turned;
+      BlockMesh made;
+      const auto result =
+          simplifiers.simplify_above(ground, above_.start, level, [&](std::size_t, BlockMesh&& mesh) { made = std::move(mesh); });
+      if (!result.ok()) return result;
+      if (l + 1 < levels) above_.start = half_turned(made, ground.columns);
+      finish(l, ground.west, std::move(made));
+    }
+    return {};
+  }
+  /// Its tiles, meanwhile. west: of the mesh, on the lattice.
+  void finish(std::size_t l, std::int64_t west, BlockMesh&& mesh) {
+    const int z = static_cast<int>(plan_.block_level()) - 1 - static_cast<int>(l);
+    under_way_.push_back(
+        std::async(std::launch::async, [this, z, west, kept = std::move(mesh)] { return finished(z, west, kept); }));
+  }
+  std::vector<EncodedTile> finished(int z, std::int64_t west, const BlockMesh& mesh) {
     const LevelContext context{&lattice_, &level_plan(plan_, z), plan_.promise(), nullptr};
-    std::vector<BuiltTile> tiles = tiles_of_block(plan_, place_, z, mesh, TileParts::published);
+    BlockPlace place = place_;
+    place.west = west, place.east = west + place_.east - place_.west;
+    std::vector<BuiltTile> tiles = tiles_of_block(plan_, place, z, mesh, TileParts::published);
     std::vector<std::optional<EncodedTile>> made(tiles.size());
     std::vector<std::unique_ptr<ErrorStatement>> statements(tiles.size());
     workers_.each(tiles.size(),
@@ -280,17 +307,16 @@ class AboveBuild {
   const proto::Lattice lattice_;
   Above above_;
   const KnownGround known_;
+  std::vector<std::future<std::vector<EncodedTile>>> under_way_;  ///< of levels; they borrow what is above
 };
 
 }  // namespace
 
-proto::Result<FinishedTask> build_exact_above(const proto::Plan& plan, gpu::exact::Ground&& unknown,
-                                              const std::vector<const KeptBlock*>& kept, ExactSimplifiers& simplifiers,
+proto::Result<FinishedTask> build_exact_above(const proto::Plan& plan, Above above, ExactSimplifiers& simplifiers,
                                               Workers& workers) {
   FinishedTask task;
   task.node = node_above(plan);
-  if (std::all_of(kept.begin(), kept.end(), [](const KeptBlock* block) { return !block; })) return task;
-  auto tiles = AboveBuild(plan, join_blocks(plan, std::move(unknown), kept, workers.loop()), workers).run(simplifiers);
+  auto tiles = AboveBuild(plan, std::move(above), workers).run(simplifiers);
   if (!tiles.ok()) return tiles.problem();
   task.tiles = std::move(*tiles);
   return task;

@@ -36,10 +36,8 @@ proto::Result<FinishedTask> build_exact_block(const proto::Plan& plan, const pro
                                               const proto::Samples& samples, ExactSimplifiers& simplifiers,
                                               const BlockReaders& team, const std::function<void(double)>& share);
 
-/// All tiles above the blocks, see merged_at_once. unknown: unknown_ground(plan). kept: indexed as node_at; null where a block
-/// has no data.
-proto::Result<FinishedTask> build_exact_above(const proto::Plan& plan, gpu::exact::Ground&& unknown,
-                                              const std::vector<const KeptBlock*>& kept, ExactSimplifiers& simplifiers,
+/// All tiles above the blocks, see merged_at_once.
+proto::Result<FinishedTask> build_exact_above(const proto::Plan& plan, Above above, ExactSimplifiers& simplifiers,
                                               Workers& workers);
 
 }  // namespace cordillera::pipeline

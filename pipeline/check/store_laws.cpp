@@ -97,10 +97,9 @@ class Tables {
       findings_.add(where, "it cannot be read; expected: the plan of the build, with its tasks");
       return std::nullopt;
     }
-    if (work.format() == 0 || work.format() > work::kPlanFormat)
-      findings_.add(where,
-                    "its format is " + std::to_string(work.format()) + "; expected: up to " + std::to_string(work::kPlanFormat));
-    if (work.format() != work::kPlanFormat) return std::nullopt;
+    if (work.format() == 0 || work.format() > kPlanFormat)
+      findings_.add(where, "its format is " + std::to_string(work.format()) + "; expected: up to " + std::to_string(kPlanFormat));
+    if (work.format() != kPlanFormat) return std::nullopt;
     if (work.plan().SerializeAsString() != plan_.SerializeAsString())
       findings_.add(where, "it is of another plan; expected: the plan in meta");
     std::set<proto::TileAddress> tasks;

@@ -21,6 +21,12 @@ BlockGrid grid_of(const proto::Plan& plan) {
   grid.across = static_cast<std::int32_t>(floor_divide(plan.window(2), units) - grid.west + 1);
   grid.up = static_cast<std::int32_t>(std::min<std::int64_t>(floor_divide(plan.window(3), units), proto::tiles_up(z) - 1) -
                                       grid.south + 1);
+  // Where a tile of some level meets the window on two turns, it is all of the circle that is one piece.
+  const int coarsest = static_cast<int>(plan.min_level());
+  const std::int64_t side = lattice_of(plan).tile_units(coarsest), west = grid.west * units, east = west + grid.across * units;
+  const std::int64_t touched = floor_divide(east - 1, side) - floor_divide(west, side) + 1;
+  grid.closes = grid.across >= proto::tiles_across(z) || touched > proto::tiles_across(coarsest);
+  if (grid.closes) grid.west = 0, grid.across = proto::tiles_across(z);
   return grid;
 }
 
@@ -34,14 +40,8 @@ bool merged_at_once(const proto::Plan& plan) {
   if (!plan.exact() || !has_levels_above(plan)) return false;
   const BlockGrid grid = grid_of(plan);
   const int z = static_cast<int>(plan.block_level());
-  const std::int64_t units = lattice_of(plan).tile_units(z), most = gpu::exact::kMostSamples - 1;
-  // All around the earth the western side is the eastern one, which the rectangle does not know; and no tile of any level may
-  // meet it on two turns.
-  const int coarsest = static_cast<int>(plan.min_level());
-  const std::int64_t side = lattice_of(plan).tile_units(coarsest), west = grid.west * units, east = west + grid.across * units;
-  const std::int64_t touched = floor_divide(east - 1, side) - floor_divide(west, side) + 1;
-  return grid.across * units <= most && grid.up * units <= most && grid.across < proto::tiles_across(z) &&
-         touched <= proto::tiles_across(coarsest);
+  const std::int64_t units = lattice_of(plan).tile_units(z), across = grid.across * units, up = grid.up * units;
+  return std::max(across, up) < gpu::exact::kMostAbove && across * up <= (grid.closes ? kMostCellsAround : kMostCellsAbove);
 }
 
 proto::TileAddress node_above(const proto::Plan& plan) { return node_at(plan, grid_of(plan), 0).parent(); }

@@ -10,10 +10,11 @@ namespace cordillera::pipeline {
 /// Whether there are levels above the blocks of a plan.
 bool has_levels_above(const proto::Plan& plan);
 
-/// Whole nodes of the block level: those that the plan's window touches.
+/// Whole nodes of the block level: those that the plan's window touches, none twice. Nodes between them may be outside of it.
 struct BlockGrid {
-  std::int64_t west = 0, south = 0;  ///< columns and rows of nodes; west may lie beyond the circle
+  std::int64_t west = 0, south = 0;  ///< columns and rows of nodes; west may lie beyond the circle, where that is not closed
   std::int32_t across = 0, up = 0;
+  bool closes = false;  ///< all around the earth, from the antimeridian on
 
   std::int32_t count() const { return across * up; }
 };
@@ -21,9 +22,11 @@ BlockGrid grid_of(const proto::Plan& plan);
 /// Row by row from the south-west.
 proto::TileAddress node_at(const proto::Plan& plan, const BlockGrid& grid, std::int32_t k);
 
-/// Whether one task makes all levels above the blocks of a plan: exact blocks that fit into one rectangle of gpu/exact. Else
-/// parents are merged of four children, level by level.
+/// Whether one task makes all levels above the blocks of a plan: exact blocks that fit into one rectangle of gpu/exact, and take
+/// no more memory than kMostCellsAbove stands for. Else parents are merged of four children, level by level.
 bool merged_at_once(const proto::Plan& plan);
+/// Cells of the finest level of such a rectangle: 1.3 bytes of memory each, and of one that closes twice as many bytes.
+inline constexpr std::int64_t kMostCellsAbove = std::int64_t{1} << 30, kMostCellsAround = kMostCellsAbove / 2;
 /// The node that stands for that task, of the level above the blocks.
 proto::TileAddress node_above(const proto::Plan& plan);
 /// Nodes above the blocks that are tasks, stage by stage upwards.

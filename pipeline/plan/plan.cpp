@@ -225,6 +225,7 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
   const auto range = level_range(source.description(), options);
   if (!range.ok()) return range.problem();
   proto::Plan plan;
+  plan.set_format(kPlanFormat);
   plan.set_finest_level(static_cast<std::uint32_t>(range->first));
   plan.set_min_level(static_cast<std::uint32_t>(range->second));
   const proto::Lattice lattice = lattice_of(plan);

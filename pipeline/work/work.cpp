@@ -63,17 +63,10 @@ class Worker {
   }
 
   proto::Result<FinishedTask> merge(const proto::WorkTask& task) {
-    std::map<proto::TileAddress, std::string> meshes;
-    for (const proto::TileAddress& child : nodes_below(plan_.plan(), address_of(task))) {
+    using Mesh = proto::Result<std::optional<std::string>>;
+    return builder_.merge(address_of(task), [&](const proto::TileAddress& child) -> Mesh {
       const auto found = below_.find(child);
-      if (found == below_.end()) continue;
-      const auto mesh = read_shard_mesh(folder_, *found->second);
-      if (!mesh.ok()) return mesh.problem();
-      if (*mesh) meshes[child] = **mesh;
-    }
-    return builder_.merge(address_of(task), [&](const proto::TileAddress& child) -> std::optional<std::string> {
-      const auto found = meshes.find(child);
-      return found == meshes.end() ? std::nullopt : std::optional(found->second);
+      return found == below_.end() ? Mesh(std::nullopt) : read_shard_mesh(folder_, *found->second);
     });
   }
 

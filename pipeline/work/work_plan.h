@@ -11,8 +11,6 @@
 
 namespace cordillera::pipeline::work {
 
-/// Of plans and of what their tasks leave, which fits together within a format alone.
-inline constexpr unsigned kPlanFormat = 2;
 inline constexpr const char* kPlanFile = "plan.json";
 
 /// What a plan takes over instead of working it out.

@@ -1,6 +1,12 @@
 // Levels above blocks: without samples the promise holds for every one of them, and little is lost for it.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <set>
+
+#include "gpu/exact/steps/triangle.h"
 #include "tests/gpu/exact_above.h"
 #include "tests/gpu/exact_laws.h"
 
@@ -76,6 +82,95 @@ TEST(ExactAbove, ThreadsDoNotShow) {
   EXPECT_EQ(hash_of(above(block, plan), block, plan), hash_of(above(block, plan, three_threads()), block, plan));
 }
 
+/// A plane that is as it is known to be, and a mesh of it with a vertex every so many samples.
+Ground plane_ground(std::int32_t columns, std::int32_t rows) {
+  Ground ground;
+  ground.columns = columns, ground.rows = rows;
+  const std::size_t squares = ground.across() * ground.up();
+  ground.squares.plane.assign(squares, {1000, 0, 0, 1});
+  ground.squares.code.assign(64 * squares, 128);
+  return ground;
+}
+BlockMesh plane_mesh(std::int32_t columns, std::int32_t rows, std::int32_t step) {
+  const std::int32_t across = (columns - 1) / step, up = (rows - 1) / step;
+  BlockMesh mesh;
+  for (std::int32_t y = 0; y <= up; ++y) {
+    for (std::int32_t x = 0; x <= across; ++x) {
+      mesh.x.push_back(static_cast<std::uint16_t>(x * step));
+      mesh.y.push_back(static_cast<std::uint16_t>(y * step));
+      mesh.height.push_back(1000);
+      mesh.is_void.push_back(0);
+      const auto at = static_cast<std::uint32_t>(y * (across + 1) + x), row = static_cast<std::uint32_t>(across + 1);
+      if (x == across || y == up) continue;
+      mesh.triangles.push_back({at, at + 1, at + row + 1});
+      mesh.triangles.push_back({at, at + row + 1, at + row});
+    }
+  }
+  return mesh;
+}
+/// One level of it; on a GPU, too, where there is one: the same mesh.
+BlockMesh simplified_plane(const Ground& ground, std::int32_t step, std::int32_t tile_side) {
+  const BlockMesh start = plane_mesh(ground.columns, ground.rows, step);
+  const BlockPlan plan = plan_of(5, 1, tile_side);
+  std::optional<BlockMesh> mesh;
+  for (const char* device : {"cpu", "cuda"}) {
+    const auto simplifier = make_block_simplifier(device);
+    if (!simplifier.ok()) continue;  // no GPU
+    const auto made = (*simplifier)->simplify_above(ground, start, plan);
+    EXPECT_TRUE(made.ok()) << made.problem().line();
+    if (!made.ok()) return {};
+    if (mesh) {
+      EXPECT_EQ(made->front().x, mesh->x);
+      EXPECT_EQ(made->front().y, mesh->y);
+      EXPECT_EQ(made->front().triangles, mesh->triangles);
+    }
+    mesh = made->front();
+  }
+  return *mesh;
+}
+
+// Edge functions of wider triangles would not fit into 32 bits: a plane is cut, however flat it is.
+TEST(ExactAbove, TrianglesAreNoWiderThanEdgeFunctionsHold) {
+  constexpr std::int32_t kColumns = 60'001, kRows = 2001;
+  const BlockMesh mesh = simplified_plane(plane_ground(kColumns, kRows), 500, 1 << 20);
+  std::int64_t twice_area = 0;
+  std::int32_t widest = 0;
+  for (const auto& t : mesh.triangles) {
+    const auto [west, east] = std::minmax({mesh.x[t[0]], mesh.x[t[1]], mesh.x[t[2]]});
+    widest = std::max<std::int32_t>(widest, east - west);
+    const std::int64_t ux = mesh.x[t[1]] - mesh.x[t[0]], uy = mesh.y[t[1]] - mesh.y[t[0]], vx = mesh.x[t[2]] - mesh.x[t[0]],
+                       vy = mesh.y[t[2]] - mesh.y[t[0]];
+    EXPECT_GT(ux * vy - uy * vx, 0);
+    twice_area += ux * vy - uy * vx;
+  }
+  EXPECT_EQ(twice_area, 2 * std::int64_t{kColumns - 1} * (kRows - 1));
+  EXPECT_LE(widest, kWidestTriangle);
+  EXPECT_GT(widest, kWidestTriangle / 2);
+  EXPECT_LT(mesh.triangles.size(), 60u);
+}
+
+// Both sides of a ground that closes keep their vertices; elsewhere a plane needs hardly any.
+TEST(ExactAbove, SidesStayWhereTheGroundCloses) {
+  constexpr std::int32_t kColumns = 4097, kRows = 1025;
+  Ground ground = plane_ground(kColumns, kRows);
+  ground.closes = true;
+  const BlockMesh mesh = simplified_plane(ground, 64, 2048);
+  std::map<std::int32_t, std::set<std::int32_t>> on_column;
+  std::map<std::uint32_t, std::size_t> triangles_at;
+  for (std::size_t v = 0; v < mesh.vertices(); ++v) on_column[mesh.x[v]].insert(mesh.y[v]);
+  for (const auto& t : mesh.triangles) {
+    for (const std::uint32_t v : t) ++triangles_at[v];
+  }
+  EXPECT_EQ(on_column[0].size(), 17u);
+  EXPECT_EQ(on_column[kColumns - 1], on_column[0]);
+  EXPECT_LT(on_column[(kColumns - 1) / 2].size(), 6u);
+  // Each may become one vertex with what is across: 14 neighbours together.
+  for (const auto& [v, triangles] : triangles_at) {
+    if (mesh.x[v] == 0 || mesh.x[v] == kColumns - 1) EXPECT_LE(triangles, 7u) << mesh.y[v];
+    if (mesh.x[v] == (kColumns - 1) / 2) EXPECT_LE(triangles, 8u) << mesh.y[v];
+  }
+}
+
 TEST(ExactAbove, BadCallsAreNamed) {
   const proto::Samples samples = made_samples("plane", {0, 0, 33, 33});
   const Block block = whole(samples);
@@ -98,6 +193,9 @@ TEST(ExactAbove, BadCallsAreNamed) {
   EXPECT_EQ(parameter(bad, mesh), "ground");
   bad = ground;
   bad.squares.code.pop_back();
+  EXPECT_EQ(parameter(bad, mesh), "ground");
+  bad = ground;
+  bad.closes = true;  // 16 samples halfway around: no side of a tile
   EXPECT_EQ(parameter(bad, mesh), "ground");
   BlockMesh torn = mesh;
   torn.triangles.pop_back();

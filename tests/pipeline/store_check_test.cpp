@@ -114,7 +114,7 @@ class KeptStore : public ::testing::Test {
     const proto::Lattice lattice{kCheckedFinest};
     const auto tasks = synthetic_tasks(lattice, {kCheckedFinest, 15, 9}, {kCheckedFinest, 16, 10}, hills());
     proto::WorkPlan work;
-    work.set_format(pipeline::work::kPlanFormat);
+    work.set_format(pipeline::kPlanFormat);
     *work.mutable_plan() = synthetic_plan(kCheckedFinest);
     proto::WorkStage& stage = *work.add_stages();
     for (const FinishedTask& task : tasks) {

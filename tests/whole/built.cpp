@@ -101,6 +101,12 @@ proto::BuildOptions with_error(double error_m) {
   return options;
 }
 
+proto::BuildOptions exact(double error_m) {
+  proto::BuildOptions options = with_error(error_m);
+  options.set_strategy("exact");
+  return options;
+}
+
 Built build_file(const std::string& path, const proto::BuildOptions& options, std::int64_t block_samples) {
   const Folder folder;
   pipeline::BuildRequest request;

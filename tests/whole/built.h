@@ -38,6 +38,8 @@ struct Built {
 /// Options of most tests: heights are ellipsoidal, so that what goes in comes out; two threads.
 proto::BuildOptions plain_options();
 proto::BuildOptions with_error(double error_m);
+/// The same with strategy=exact.
+proto::BuildOptions exact(double error_m);
 
 /// Builds, publishes and decodes. Throws std::runtime_error with the problem's line when any of it fails. block_samples: see
 /// BuildRequest.

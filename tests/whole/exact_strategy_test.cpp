@@ -15,12 +15,6 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-proto::BuildOptions exact(double error_m) {
-  proto::BuildOptions options = with_error(error_m);
-  options.set_strategy("exact");
-  return options;
-}
-
 /// Every level measured, and within its target.
 void expect_promise(const Built& built) {
   for (const proto::LevelSummary& level : built.manifest.levels()) {
@@ -61,95 +55,6 @@ TEST(ExactStrategy, blocks_that_meet_fit) {
   EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty());
   EXPECT_EQ(built.levels.at(10).size(), 4u);
   expect_promise(built);
-}
-
-/// Every level within its target: measured in blocks, a bound above them.
-void expect_promise_above_blocks(const Built& built) {
-  for (const proto::LevelSummary& level : built.manifest.levels()) {
-    EXPECT_LE(level.stated_max_error(), level.target()) << "level " << level.level();
-    EXPECT_EQ(level.composed(), level.level() < built.plan.block_level()) << "level " << level.level();
-  }
-}
-constexpr std::int64_t kSmallBlock = 513 * 513;
-
-// Blocks of four tiles, with holes across their sides, noise of holes, and islands whose blocks have neighbours without data.
-TEST(ExactStrategy, levels_above_small_blocks_are_made_at_once) {
-  constexpr std::int64_t kNode = 2 * kTile;
-  const Corner corner{13, 4500 * kNode - 350, 3000 * kNode + 300};
-  const HeightOf ground = rough(4), gaps = rough(9);
-  const auto height = [=](int c, int r) {
-    const bool hole = std::hypot(c - 350, r - 280) < 40 || (c > 900 && c < 1400 && gaps(3 * c, 3 * r) > 900);
-    return hole || (c > 1400 && c < 2700 && std::hypot(c - 2300, r - 400) > 90) ? kNoData : ground(c, r);
-  };
-  const Built built = build_dem(points_of(corner, 3000, 900, height), exact(15), kSmallBlock);
-  EXPECT_EQ(built.plan.block_level(), 12u);
-  EXPECT_TRUE(pipeline::merged_at_once(built.plan));
-  EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty());
-  expect_promise_above_blocks(built);
-}
-
-// A hundredth of a metre is hardly more than what a float32 tells of a place: above blocks most of the target is set aside for
-// that, and rounding may take more than the rest.
-TEST(ExactStrategy, small_blocks_take_the_least_error) {
-  const HeightOf ground = rough(8);
-  const Built built =
-      build_dem(points_of(kCorner, 3000, 40, [=](int c, int r) { return 0.01 * ground(c, r); }), exact(0.01), kSmallBlock);
-  EXPECT_TRUE(pipeline::merged_at_once(built.plan));
-  for (const proto::LevelSummary& level : built.manifest.levels())
-    EXPECT_LE(level.stated_max_error(), 1.25 * level.target()) << "level " << level.level();
-}
-
-// The triangles that a raster in one piece has, nearly: what is known of samples above blocks is nearly all.
-TEST(ExactStrategy, small_blocks_cost_few_triangles) {
-  const Dem dem = points_of(kCorner, 1500, 1200, rough(8));
-  const Built whole = build_dem(dem, exact(10)), blocks = build_dem(dem, exact(10), kSmallBlock);
-  ASSERT_EQ(whole.plan.block_level(), 0u);
-  ASSERT_EQ(blocks.plan.block_level(), 12u);
-  for (const int z : {13, 12})
-    EXPECT_LE(static_cast<double>(blocks.triangles(z)), 1.08 * static_cast<double>(whole.triangles(z))) << "level " << z;
-  for (const int z : {11, 10, 9})
-    EXPECT_LE(static_cast<double>(blocks.triangles(z)), 1.10 * static_cast<double>(whole.triangles(z))) << "level " << z;
-  // Of coarse tiles, which the data fills a little of, too.
-  for (int k = 0; k < blocks.manifest.levels_size(); ++k) {
-    const proto::LevelSummary &level = blocks.manifest.levels(k), &same = whole.manifest.levels(k);
-    EXPECT_TRUE(level.has_rmse()) << "level " << level.level();
-    EXPECT_NEAR(level.rmse() / same.rmse(), 1, 0.15) << "level " << level.level();
-  }
-}
-
-// A rectangle of blocks goes on beyond the meridian where the lattice begins again, and over the one in its middle.
-TEST(ExactStrategy, small_blocks_go_on_across_meridians) {
-  for (const std::int64_t meridian : {std::int64_t{0}, std::int64_t{8192} * kTile}) {
-    const Built built =
-        build_dem(points_of({13, meridian - 600, 6000 * kTile + 150}, 1200, 400, rough(3)), exact(15), kSmallBlock);
-    EXPECT_TRUE(pipeline::merged_at_once(built.plan));
-    EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty()) << meridian;
-    expect_promise_above_blocks(built);
-  }
-}
-
-// A tile of level 0 is half of the circle: this raster meets one of them at both of its ends, or ends where another begins.
-TEST(ExactStrategy, small_blocks_go_over_half_of_the_circle) {
-  const HeightOf ground = rough(3);
-  for (const auto& [columns, at_once] : {std::pair{10012, false}, std::pair{9098, true}}) {
-    const Built built = build_dem(points_of({5, 7282, 6000}, columns, 60, [=](int c, int r) { return ground(c / 4, r / 4); }),
-                                  exact(400), kSmallBlock);
-    EXPECT_EQ(pipeline::merged_at_once(built.plan), at_once) << columns;
-    EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty()) << columns;
-    expect_promise_above_blocks(built);
-  }
-}
-
-// Too wide for one rectangle: parents are merged of four children.
-TEST(ExactStrategy, blocks_far_apart_are_merged_level_by_level) {
-  const HeightOf ground = rough(5);
-  const auto height = [=](int c, int r) { return c < 300 || c > 16700 ? 0.1 * ground(c, r) : kNoData; };
-  const Built built =
-      build_dem(points_of({13, 4500 * 2 * kTile - 100, 6000 * kTile + 150}, 17000, 300, height), exact(5), kSmallBlock);
-  EXPECT_TRUE(built.plan.exact());
-  EXPECT_FALSE(pipeline::merged_at_once(built.plan));
-  EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty());
-  expect_promise_above_blocks(built);
 }
 
 // Cells of two kilometres: between vertices the earth falls away by more than the error that is asked for.

@@ -135,9 +135,15 @@ CORDILLERA_HD inline bool square_fits(const Triangle& t, const Field& field, int
   return apart + within + plane.off <= t.tolerance;
 }
 
-/// Nothing to look at: no plane is steep enough to spend the tolerance on rounding, but one may be; without voids a void triangle
-/// hides nothing.
-CORDILLERA_HD inline bool can_fit(const Triangle& t) { return !t.published || t.tolerance > 0; }
+/// Steps between samples a way, from corner to corner: edge functions of wider triangles would not fit into 32 bits. A ground
+/// above blocks may be wider.
+inline constexpr std::int32_t kWidestTriangle = 16384;
+
+/// Nothing to look at: a triangle is too wide, or no plane is steep enough to spend the tolerance on rounding, but one may be;
+/// without voids a void triangle hides nothing.
+CORDILLERA_HD inline bool can_fit(const Triangle& t) {
+  return t.east - t.west <= kWidestTriangle && t.north - t.south <= kWidestTriangle && (!t.published || t.tolerance > 0);
+}
 /// So few samples that squares would not save looking at them.
 CORDILLERA_HD inline bool is_small(const Triangle& t) { return (t.east - t.west + 1) * (t.north - t.south + 1) <= 64; }
 /// Where few squares cover it: at most 5 a way.

@@ -26,7 +26,7 @@ enum VertexFlag : std::uint8_t {
   kOpenFan = 8,
   kBlockCorner = 16,
   kVoidHere = 32,
-  kHeldSide = 64,  ///< another block meets here
+  kHeldSide = 64,  ///< see BlockView::is_on_cut
 };
 
 /// Counters that a team shares.

@@ -35,28 +35,29 @@ std::int64_t block_units(const proto::Plan& plan) { return lattice_of(plan).tile
 /// Blocks by row and column; those without data get a mesh of void triangles that fits their neighbours.
 class Mosaic {
  public:
-  Mosaic(const BlockGrid& grid, std::int32_t side, const std::vector<const KeptBlock*>& kept)
-      : grid_(grid), side_(side), kept_(kept) {}
+  Mosaic(const BlockGrid& grid, std::int32_t side, const std::vector<const proto::TileMesh*>& meshes)
+      : grid_(grid), side_(side), meshes_(meshes) {}
 
   BlockMesh mesh() {
     BlockMesh all;
     std::map<std::uint64_t, std::uint32_t> on_sides;  // where blocks meet
     for (std::int32_t k = 0; k < grid_.count(); ++k) {
-      const proto::TileMesh stand_in = kept(k) ? proto::TileMesh() : without_data(k);
-      append(kept(k) ? kept(k)->mesh : stand_in, k, on_sides, all);
+      const proto::TileMesh stand_in = mesh_of(k) ? proto::TileMesh() : without_data(k);
+      append(mesh_of(k) ? *mesh_of(k) : stand_in, k, on_sides, all);
     }
     return all;
   }
 
  private:
-  const KeptBlock* kept(std::int32_t k) const { return kept_[static_cast<std::size_t>(k)]; }
-  const KeptBlock* at(std::int32_t column, std::int32_t row) const {
-    return column < 0 || row < 0 || column >= grid_.across || row >= grid_.up ? nullptr : kept(row * grid_.across + column);
+  const proto::TileMesh* mesh_of(std::int32_t k) const { return meshes_[static_cast<std::size_t>(k)]; }
+  const proto::TileMesh* at(std::int32_t column, std::int32_t row) const {
+    if (grid_.closes) column = proto::modulo(column, grid_.across);
+    return column < 0 || row < 0 || column >= grid_.across || row >= grid_.up ? nullptr : mesh_of(row * grid_.across + column);
   }
   proto::TileMesh without_data(std::int32_t k) const {
     const std::int32_t column = k % grid_.across, row = k / grid_.across;
-    const auto beside = [&](const KeptBlock* block, Side facing) {
-      return block ? border_chain(block->mesh, facing) : void_chain(side_, side_ / gpu::exact::kVoidChords);
+    const auto beside = [&](const proto::TileMesh* mesh, Side facing) {
+      return mesh ? border_chain(*mesh, facing) : void_chain(side_, side_ / gpu::exact::kVoidChords);
     };
     std::array<Chain, 4> border;
     border[static_cast<std::size_t>(Side::west)] = beside(at(column - 1, row), Side::east);
@@ -95,13 +96,16 @@ class Mosaic {
 
   const BlockGrid& grid_;
   const std::int32_t side_;
-  const std::vector<const KeptBlock*>& kept_;
+  const std::vector<const proto::TileMesh*>& meshes_;
 };
 
-/// A block's squares; its last row and column are its neighbours' first, but at the end of the rectangle.
-void place_squares(const gpu::exact::Squares& from, const BlockGrid& grid, std::int32_t k, std::int32_t side, Ground& ground) {
+}  // namespace
+
+/// Its last row and column are its neighbours' first, but at the end of the rectangle.
+void place_squares(const proto::Plan& plan, std::int32_t k, const gpu::exact::Squares& from, Ground& ground) {
+  const BlockGrid grid = grid_of(plan);
   gpu::exact::Squares& to_squares = ground.squares;
-  const std::int32_t column = k % grid.across, row = k / grid.across, squares = side / 8;
+  const std::int32_t column = k % grid.across, row = k / grid.across, squares = static_cast<std::int32_t>(block_units(plan) / 8);
   const std::int32_t columns = squares + (column + 1 == grid.across ? 1 : 0), rows = squares + (row + 1 == grid.up ? 1 : 0);
   for (std::int32_t y = 0; y < rows; ++y) {
     const std::size_t to =
@@ -112,13 +116,10 @@ void place_squares(const gpu::exact::Squares& from, const BlockGrid& grid, std::
       to_squares.plane[to + n] = from.plane[of + n];
       std::copy_n(from.code.begin() + static_cast<std::ptrdiff_t>(64 * (of + n)), 64,
                   to_squares.code.begin() + static_cast<std::ptrdiff_t>(64 * (to + n)));
-      if (!to_squares.depth.empty())
-        to_squares.depth[to + n] = from.depth.empty() ? gpu::exact::valid_depth(gpu::exact::kFarthest) : from.depth[of + n];
+      to_squares.depth[to + n] = from.depth.empty() ? gpu::exact::valid_depth(gpu::exact::kFarthest) : from.depth[of + n];
     }
   }
 }
-
-}  // namespace
 
 BlockPlace place_above(const proto::Plan& plan) {
   const BlockGrid grid = grid_of(plan);
@@ -136,29 +137,91 @@ Ground unknown_ground(const proto::Plan& plan) {
   Ground ground;
   ground.west = place.west, ground.south = place.south;
   ground.columns = grid.across * side + 1, ground.rows = grid.up * side + 1;
+  ground.closes = grid.closes;
   const std::size_t squares = ground.across() * ground.up();
   ground.squares.plane.assign(squares, {0, 0, 0, gpu::exact::kNothing});
   ground.squares.code.assign(64 * squares, 0);
+  ground.squares.depth.assign(squares, gpu::exact::void_depth(gpu::exact::kFarthest));
   return ground;
 }
 
-Above join_blocks(const proto::Plan& plan, Ground&& unknown, const std::vector<const KeptBlock*>& kept,
-                  const gpu::ParallelFor& parallel) {
-  const BlockGrid grid = grid_of(plan);
-  const auto side = static_cast<std::int32_t>(block_units(plan));
-  Above above{std::move(unknown), {}};
-  Ground& ground = above.ground;
-  const bool voids =
-      std::any_of(kept.begin(), kept.end(), [](const KeptBlock* block) { return !block || !block->squares.depth.empty(); });
-  if (voids) ground.squares.depth.assign(ground.squares.plane.size(), gpu::exact::void_depth(gpu::exact::kFarthest));
-  parallel(1 + kept.size(), [&](std::size_t k) {
-    if (k == 0) {  // it takes longest
-      above.start = Mosaic(grid, side, kept).mesh();
-    } else if (const KeptBlock* const block = kept[k - 1]) {
-      place_squares(block->squares, grid, static_cast<std::int32_t>(k - 1), side, ground);
+BlockMesh joined_mesh(const proto::Plan& plan, const std::vector<const proto::TileMesh*>& meshes) {
+  return Mosaic(grid_of(plan), static_cast<std::int32_t>(block_units(plan)), meshes).mesh();
+}
+
+namespace {
+
+/// Of rows of so many squares and one more, whose samples lie on the side: the halves change places, and the last square is that
+/// of the new side. It says more than is there: its other samples lie beyond the rectangle.
+template <class T>
+std::vector<T> half_turned_rows(const std::vector<T>& from, std::size_t across, std::size_t a_square) {
+  std::vector<T> to(from.size());
+  const std::size_t row = (across + 1) * a_square, half = across / 2 * a_square;
+  for (std::size_t begin = 0; begin < from.size(); begin += row) {
+    const auto at = from.begin() + static_cast<std::ptrdiff_t>(begin);
+    const auto middle = at + static_cast<std::ptrdiff_t>(half), last = middle + static_cast<std::ptrdiff_t>(half);
+    auto next = std::copy(middle, last, to.begin() + static_cast<std::ptrdiff_t>(begin));
+    next = std::copy(at, middle, next);
+    std::copy_n(middle, a_square, next);
+  }
+  return to;
+}
+
+}  // namespace
+
+Ground half_turned(const Ground& ground) {
+  Ground turned;
+  turned.west = ground.west + (ground.columns - 1) / 2, turned.south = ground.south;
+  turned.columns = ground.columns, turned.rows = ground.rows;
+  turned.closes = ground.closes;
+  turned.curve = ground.curve, turned.curve_up = ground.curve_up;
+  turned.sample_m = ground.sample_m;
+  const std::size_t across = ground.across() - 1;
+  turned.squares.plane = half_turned_rows(ground.squares.plane, across, 1);
+  turned.squares.code = half_turned_rows(ground.squares.code, across, 64);
+  turned.squares.depth = half_turned_rows(ground.squares.depth, across, 1);
+  return turned;
+}
+
+BlockMesh half_turned(const BlockMesh& mesh, std::int32_t columns) {
+  const std::int32_t last = columns - 1, half = last / 2;
+  BlockMesh turned;
+  const auto add = [&](std::size_t v, std::int32_t x) {
+    turned.x.push_back(static_cast<std::uint16_t>(x));
+    turned.y.push_back(mesh.y[v]);
+    turned.height.push_back(mesh.height[v]);
+    turned.is_void.push_back(mesh.is_void[v]);
+    return static_cast<std::uint32_t>(turned.vertices() - 1);
+  };
+  std::map<std::uint16_t, std::uint32_t> on_side;  // by y, as numbered in the new mesh
+  for (std::size_t v = 0; v < mesh.vertices(); ++v) {
+    if (mesh.x[v] == 0) on_side.emplace(mesh.y[v], add(v, half));
+  }
+  if (static_cast<std::size_t>(std::count(mesh.x.begin(), mesh.x.end(), last)) != on_side.size())
+    throw std::logic_error("a mesh around the earth does not close");
+  // As a corner of what lies west of the meridian halfway around, and of what lies east of it.
+  std::vector<std::array<std::uint32_t, 2>> number(mesh.vertices());
+  for (std::size_t v = 0; v < mesh.vertices(); ++v) {
+    const std::int32_t x = mesh.x[v];
+    if (x == half) {
+      number[v] = {add(v, last), add(v, 0)};
+      continue;
     }
-  });
-  return above;
+    if (x > 0 && x < last) {
+      number[v].fill(add(v, x < half ? x + half : x - half));
+      continue;
+    }
+    const auto there = on_side.find(mesh.y[v]);
+    if (there == on_side.end() || turned.height[there->second] != mesh.height[v] ||
+        turned.is_void[there->second] != mesh.is_void[v])
+      throw std::logic_error("a mesh around the earth does not close");
+    number[v].fill(there->second);
+  }
+  for (const auto& t : mesh.triangles) {
+    const std::size_t is_east = std::max({mesh.x[t[0]], mesh.x[t[1]], mesh.x[t[2]]}) > half ? 1 : 0;
+    turned.triangles.push_back({number[t[0]][is_east], number[t[1]][is_east], number[t[2]][is_east]});
+  }
+  return turned;
 }
 
 gpu::exact::BlockPlan levels_above(const proto::Plan& plan) {

@@ -210,17 +210,23 @@ proto::Result<void> ExactSimplifiers::simplify(const gpu::exact::Block& block, c
   return *asked.made;
 }
 
-proto::Result<void> ExactSimplifiers::simplify_above(const Above& above, const gpu::exact::BlockPlan& plan,
-                                                     const TakeLevel& take) {
+proto::Result<void> ExactSimplifiers::simplify_above(const gpu::exact::Ground& ground, const gpu::exact::BlockMesh& start,
+                                                     const gpu::exact::BlockPlan& plan, const TakeLevel& take) {
   if (const auto ready = opened(); !ready.ok()) return ready;
   gpu::exact::Watch watch;
   watch.stop = &stop_;
   watch.level = [&](std::size_t level, std::vector<gpu::exact::BlockMesh>& meshes) { take(level, std::move(meshes.front())); };
   const Work work = [&](gpu::exact::BlockSimplifier& simplifier) -> proto::Result<void> {
-    const auto made = simplifier.simplify_above(above.ground, above.start, plan, watch);
+    const auto made = simplifier.simplify_above(ground, start, plan, watch);
     return made.ok() ? proto::Result<void>() : made.problem();
   };
   return *call(work, nullptr);
+}
+
+void ExactSimplifiers::give_back_memory() {
+  const std::lock_guard lock(mutex_);
+  idle_.clear();
+  idle_meters_.clear();
 }
 
 std::vector<gpu::SurfaceMemory> ExactSimplifiers::measure(std::span<const gpu::SurfaceErrorInput> tiles, double limit_m) {

@@ -18,7 +18,6 @@
 #include "gpu/exact/simplify_block.h"
 #include "gpu/measure/batch_meter.h"
 #include "gpu/measure/surface_memory.h"
-#include "pipeline/build/exact/exact_above.h"
 
 namespace cordillera::pipeline {
 
@@ -53,7 +52,10 @@ class ExactSimplifiers {
   proto::Result<void> simplify(const gpu::exact::Block& block, const gpu::exact::BlockPlan& plan, const TakeLevel& take,
                                const TakeSquares& squares, bool somebody_waits = false);
   /// Likewise, levels above blocks.
-  proto::Result<void> simplify_above(const Above& above, const gpu::exact::BlockPlan& plan, const TakeLevel& take);
+  proto::Result<void> simplify_above(const gpu::exact::Ground& ground, const gpu::exact::BlockMesh& start,
+                                     const gpu::exact::BlockPlan& plan, const TakeLevel& take);
+  /// Frees what is kept from call to call; another call takes longer for it.
+  void give_back_memory();
 
   /// See BatchMeter, on the device; nothing where there is none. Waits while all of its meters are in use, so that no
   /// worker may call it; several threads may.

@@ -65,7 +65,7 @@ GroundMeter::GroundMeter(const At& at, const KnownGround& known)
   const gpu::exact::Ground& ground = known.ground;
   const std::int64_t circle = at.lattice->columns();
   const std::int64_t west = at.lattice->west(at.tile);
-  // On the turn on which the tile has cells of the ground; there is one (merged_at_once).
+  // On the turn on which the tile has cells of the ground; there is one (grid_of).
   west_ = west + proto::floor_divide(ground.west + ground.columns - 2 - west, circle) * circle - ground.west;
   south_ = at.lattice->south(at.tile) - ground.south;
 }

@@ -14,7 +14,7 @@ struct KeptBlock {
 };
 
 std::string to_bytes(const KeptBlock& block);
-/// "store-damaged": they are not what to_bytes gave.
-proto::Result<KeptBlock> kept_block_from(const std::string& bytes);
+/// "store-damaged": they are not what to_bytes gave of a block whose sides have so many units.
+proto::Result<KeptBlock> kept_block_from(const std::string& bytes, std::int64_t side);
 
 }  // namespace cordillera::pipeline

@@ -1,0 +1,142 @@
+// Which plans have all levels above their blocks made at once, and a ground around the earth that is cut elsewhere.
+#include "pipeline/build/exact/exact_above.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <set>
+
+namespace cordillera::pipeline {
+namespace {
+
+/// Exact, with blocks of 1024 cells a way.
+proto::Plan exact_plan(int finest_level, std::array<std::int64_t, 4> window) {
+  proto::Plan plan;
+  plan.set_exact(true);
+  plan.set_finest_level(static_cast<std::uint32_t>(finest_level));
+  plan.set_block_level(static_cast<std::uint32_t>(finest_level - 2));
+  for (const std::int64_t side : window) plan.add_window(static_cast<std::int32_t>(side));
+  return plan;
+}
+/// Inside of so many blocks of level 13.
+proto::Plan plan_of_blocks(std::int64_t across, std::int64_t up) {
+  return exact_plan(13, {4097, 2049, 4096 + 1024 * across - 1, 2048 + 1024 * up - 1});
+}
+
+TEST(BlocksAtOnce, AreAsManyAsOneRectangleHolds) {
+  EXPECT_TRUE(merged_at_once(plan_of_blocks(63, 2)));
+  EXPECT_FALSE(merged_at_once(plan_of_blocks(64, 2)));  // positions have 16 bits
+  EXPECT_TRUE(merged_at_once(plan_of_blocks(2, 63)));
+  EXPECT_FALSE(merged_at_once(plan_of_blocks(2, 64)));
+  EXPECT_TRUE(merged_at_once(plan_of_blocks(32, 32)));
+  EXPECT_FALSE(merged_at_once(plan_of_blocks(32, 33)));  // more memory than that is not asked for
+}
+
+TEST(BlocksAtOnce, GoAroundTheEarth) {
+  for (const auto& [level, at_once] : {std::pair{6, true}, std::pair{7, false}}) {
+    const proto::Lattice lattice{level};
+    for (const std::int64_t west : {std::int64_t{0}, lattice.columns() / 2 - 300}) {
+      const proto::Plan plan = exact_plan(level, {west, 0, west + lattice.columns(), lattice.rows()});
+      const BlockGrid grid = grid_of(plan);
+      EXPECT_TRUE(grid.closes);
+      EXPECT_EQ(grid.west, 0);
+      EXPECT_EQ(grid.across, proto::tiles_across(level - 2));
+      EXPECT_EQ(merged_at_once(plan), at_once) << level;
+    }
+  }
+}
+
+// A tile of level 0 is half of the circle: where the window meets one at both of its ends, the tile's halves lie apart else.
+TEST(BlocksAtOnce, GoAroundTheEarthWhereATileLiesAtBothEnds) {
+  const proto::Lattice lattice{5};
+  const std::int64_t half = lattice.columns() / 2;
+  EXPECT_TRUE(grid_of(exact_plan(5, {half - 3000, 4000, 2 * half + 3000, 4100})).closes);
+  EXPECT_FALSE(grid_of(exact_plan(5, {half + 10, 4000, 2 * half + 3000, 4100})).closes);
+}
+
+/// All levels of its plan ask the same of it.
+gpu::exact::Ground ground_around(std::int32_t columns, std::int32_t rows) {
+  std::mt19937 random(7);
+  gpu::exact::Ground ground;
+  ground.columns = columns, ground.rows = rows;
+  ground.closes = true;
+  for (std::size_t k = 0; k < ground.across() * ground.up(); ++k) {
+    ground.squares.plane.push_back({static_cast<float>(random() % 1000), 0, 0, 1});
+    ground.squares.depth.push_back(static_cast<gpu::exact::Depth>(random() % 16));
+    for (int s = 0; s < 64; ++s) ground.squares.code.push_back(static_cast<std::uint8_t>(random()));
+  }
+  return ground;
+}
+
+// Every square comes to where its place is, and twice half of the circle is all of it. The last column is beyond the sides.
+TEST(HalfTurned, GroundsHaveTheirHalvesTheOtherWayAround) {
+  const gpu::exact::Ground ground = ground_around(4097, 41), turned = half_turned(ground), again = half_turned(turned);
+  EXPECT_EQ(turned.west, ground.west + 2048);
+  EXPECT_EQ(turned.columns, ground.columns);
+  EXPECT_TRUE(turned.closes);
+  for (std::size_t y = 0; y < ground.up(); ++y) {
+    for (std::size_t x = 0; x < 513; ++x) {
+      const std::size_t here = y * 513 + x, there = y * 513 + (x + 256) % 512;
+      EXPECT_EQ(turned.squares.plane[here].middle, ground.squares.plane[there].middle);
+      EXPECT_EQ(turned.squares.depth[here], ground.squares.depth[there]);
+      EXPECT_TRUE(
+          std::equal(&turned.squares.code[64 * here], &turned.squares.code[64 * here] + 64, &ground.squares.code[64 * there]));
+      if (x == 512) continue;
+      EXPECT_EQ(again.squares.plane[here].middle, ground.squares.plane[here].middle);
+    }
+  }
+}
+
+/// A vertex each so many samples.
+gpu::exact::BlockMesh mesh_around(std::int32_t columns, std::int32_t rows, std::int32_t step) {
+  const auto across = static_cast<std::uint32_t>((columns - 1) / step), up = static_cast<std::uint32_t>((rows - 1) / step);
+  gpu::exact::BlockMesh mesh;
+  for (std::uint32_t y = 0; y <= up; ++y) {
+    for (std::uint32_t x = 0; x <= across; ++x) {
+      mesh.x.push_back(static_cast<std::uint16_t>(static_cast<std::int32_t>(x) * step));
+      mesh.y.push_back(static_cast<std::uint16_t>(static_cast<std::int32_t>(y) * step));
+      mesh.height.push_back(static_cast<std::int32_t>(100 * (x % across) + y));
+      mesh.is_void.push_back((x % across + y) % 3 == 0 ? 1 : 0);
+      const std::uint32_t at = y * (across + 1) + x;
+      if (x == across || y == up) continue;
+      mesh.triangles.push_back({at, at + 1, at + across + 2});
+      mesh.triangles.push_back({at, at + across + 2, at + across + 1});
+    }
+  }
+  return mesh;
+}
+
+/// What its triangles say, `columns_on` farther east around the circle.
+std::multiset<std::array<std::int32_t, 12>> corners_of(const gpu::exact::BlockMesh& mesh, std::int32_t columns,
+                                                       std::int32_t east) {
+  std::multiset<std::array<std::int32_t, 12>> all;
+  for (const auto& t : mesh.triangles) {
+    std::array<std::int32_t, 12> corners{};
+    const std::int32_t least = std::min({mesh.x[t[0]], mesh.x[t[1]], mesh.x[t[2]]});
+    const std::int32_t turn = (least + east) / (columns - 1) * (columns - 1);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::array<std::int32_t, 4> corner{mesh.x[t[k]] + east - turn, mesh.y[t[k]], mesh.height[t[k]], mesh.is_void[t[k]]};
+      std::copy(corner.begin(), corner.end(), corners.begin() + static_cast<std::ptrdiff_t>(4 * k));
+    }
+    all.insert(corners);
+  }
+  return all;
+}
+
+TEST(HalfTurned, MeshesKeepTheirTriangles) {
+  constexpr std::int32_t kColumns = 4097;
+  const gpu::exact::BlockMesh mesh = mesh_around(kColumns, 257, 64), turned = half_turned(mesh, kColumns);
+  EXPECT_EQ(turned.vertices(), mesh.vertices());
+  EXPECT_EQ(corners_of(turned, kColumns, 0), corners_of(mesh, kColumns, 2048));
+  EXPECT_EQ(corners_of(half_turned(turned, kColumns), kColumns, 0), corners_of(mesh, kColumns, 0));
+}
+
+TEST(HalfTurned, MeshesWhoseSidesDifferAreNotTaken) {
+  gpu::exact::BlockMesh mesh = mesh_around(257, 65, 64);
+  ++mesh.height[0];
+  EXPECT_THROW(half_turned(mesh, 257), std::logic_error);
+}
+
+}  // namespace
+}  // namespace cordillera::pipeline

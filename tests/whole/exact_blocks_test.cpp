@@ -1,0 +1,191 @@
+// Blocks of an exact build and the levels above them: made at once from all of them, wherever they lie.
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "pipeline/build/build.h"
+#include "pipeline/plan/block_grid.h"
+#include "tests/whole/judge.h"
+
+namespace cordillera::whole {
+namespace {
+
+using testing::IsEmpty;
+
+/// Every level within its target: measured in blocks, a bound above them.
+void expect_promise_above_blocks(const Built& built) {
+  for (const proto::LevelSummary& level : built.manifest.levels()) {
+    EXPECT_LE(level.stated_max_error(), level.target()) << "level " << level.level();
+    EXPECT_EQ(level.composed(), level.level() < built.plan.block_level()) << "level " << level.level();
+  }
+}
+constexpr std::int64_t kSmallBlock = 513 * 513;
+
+/// What is wrong with tiles so wide that to look for every sample's cover would take minutes.
+Findings judge_wide(const Built& built) {
+  Findings found = judge_plans(built);
+  for (const Findings& more : {judge_neighbours(built), judge_errors(built, {500, 0})})
+    found.insert(found.end(), more.begin(), more.end());
+  return found;
+}
+
+// Blocks of four tiles, with holes across their sides, noise of holes, and islands whose blocks have neighbours without data.
+TEST(ExactBlocks, levels_above_are_made_at_once) {
+  constexpr std::int64_t kNode = 2 * kTile;
+  const Corner corner{13, 4500 * kNode - 350, 3000 * kNode + 300};
+  const HeightOf ground = rough(4), gaps = rough(9);
+  const auto height = [=](int c, int r) {
+    const bool hole = std::hypot(c - 350, r - 280) < 40 || (c > 900 && c < 1400 && gaps(3 * c, 3 * r) > 900);
+    return hole || (c > 1400 && c < 2700 && std::hypot(c - 2300, r - 400) > 90) ? kNoData : ground(c, r);
+  };
+  const Built built = build_dem(points_of(corner, 3000, 900, height), exact(15), kSmallBlock);
+  EXPECT_EQ(built.plan.block_level(), 12u);
+  EXPECT_TRUE(pipeline::merged_at_once(built.plan));
+  EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty());
+  expect_promise_above_blocks(built);
+}
+
+// A hundredth of a metre is hardly more than what a float32 tells of a place: above blocks most of the target is set aside for
+// that, and rounding may take more than the rest.
+TEST(ExactBlocks, take_the_least_error) {
+  const HeightOf ground = rough(8);
+  const Built built =
+      build_dem(points_of(kCorner, 3000, 40, [=](int c, int r) { return 0.01 * ground(c, r); }), exact(0.01), kSmallBlock);
+  EXPECT_TRUE(pipeline::merged_at_once(built.plan));
+  for (const proto::LevelSummary& level : built.manifest.levels())
+    EXPECT_LE(level.stated_max_error(), 1.25 * level.target()) << "level " << level.level();
+}
+
+// The triangles that a raster in one piece has, nearly: what is known of samples above blocks is nearly all.
+TEST(ExactBlocks, cost_few_triangles) {
+  const Dem dem = points_of(kCorner, 1500, 1200, rough(8));
+  const Built whole = build_dem(dem, exact(10)), blocks = build_dem(dem, exact(10), kSmallBlock);
+  ASSERT_EQ(whole.plan.block_level(), 0u);
+  ASSERT_EQ(blocks.plan.block_level(), 12u);
+  for (const int z : {13, 12})
+    EXPECT_LE(static_cast<double>(blocks.triangles(z)), 1.08 * static_cast<double>(whole.triangles(z))) << "level " << z;
+  for (const int z : {11, 10, 9})
+    EXPECT_LE(static_cast<double>(blocks.triangles(z)), 1.10 * static_cast<double>(whole.triangles(z))) << "level " << z;
+  // Of coarse tiles, which the data fills a little of, too.
+  for (int k = 0; k < blocks.manifest.levels_size(); ++k) {
+    const proto::LevelSummary &level = blocks.manifest.levels(k), &same = whole.manifest.levels(k);
+    EXPECT_TRUE(level.has_rmse()) << "level " << level.level();
+    EXPECT_NEAR(level.rmse() / same.rmse(), 1, 0.15) << "level " << level.level();
+  }
+}
+
+// A rectangle of blocks goes on beyond the meridian where the lattice begins again, and over the one in its middle.
+TEST(ExactBlocks, go_on_across_meridians) {
+  for (const std::int64_t meridian : {std::int64_t{0}, std::int64_t{8192} * kTile}) {
+    const Built built =
+        build_dem(points_of({13, meridian - 600, 6000 * kTile + 150}, 1200, 400, rough(3)), exact(15), kSmallBlock);
+    EXPECT_TRUE(pipeline::merged_at_once(built.plan));
+    EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty()) << meridian;
+    expect_promise_above_blocks(built);
+  }
+}
+
+// A tile of level 0 is half of the circle: where the raster meets one of them at both of its ends, all of the circle is one
+// piece.
+TEST(ExactBlocks, go_over_half_of_the_circle) {
+  const HeightOf ground = rough(3);
+  for (const auto& [columns, closes] : {std::pair{10012, true}, std::pair{9098, false}}) {
+    const Built built = build_dem(points_of({5, 7282, 6000}, columns, 60, [=](int c, int r) { return ground(c / 4, r / 4); }),
+                                  exact(400), kSmallBlock);
+    EXPECT_TRUE(pipeline::merged_at_once(built.plan));
+    EXPECT_EQ(pipeline::grid_of(built.plan).closes, closes) << columns;
+    EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty()) << columns;
+    expect_promise_above_blocks(built);
+  }
+}
+
+/// Hills of all sizes that go around without a seam, and a lake without data on the antimeridian.
+double earth_with_a_lake(double lon, double lat) {
+  const double x = std::cos(lat) * std::cos(lon), y = std::cos(lat) * std::sin(lon), z = std::sin(lat);
+  if (std::hypot(x + 1, y, z - 0.1) < 0.1) return kNoData;
+  double height = 0, scale = 3, relief = 1500;
+  for (int k = 0; k < 9; ++k, scale *= 2.1, relief *= 0.6)
+    height += relief * std::sin(scale * x + k) * std::cos(scale * y + 2 * k) * std::cos(scale * z);
+  return height;
+}
+
+/// Vertices of a level on a meridian, by row; on the eastern side of its tiles.
+std::size_t vertices_on(const Built& built, int level, std::int64_t column) {
+  std::set<std::int64_t> rows;
+  for (const auto& [at, tile] : built.levels.at(level)) {
+    for (std::size_t v = 0; v < tile.drc.u.size(); ++v) {
+      const bool on_side = std::int64_t{at.x} * tile.drc.side == column && tile.drc.u[v] == 0;
+      if (on_side) rows.insert(std::int64_t{at.y} * tile.drc.side + tile.drc.v[v]);
+    }
+  }
+  return rows.size();
+}
+
+/// Pixels of all of the circle, rows of them from north to south.
+Dem all_around(int columns, int rows, double north_deg) {
+  const double pixel_deg = 360.0 / columns;
+  Dem dem;
+  dem.columns = columns;
+  dem.rows = rows;
+  dem.geotransform = {-180, pixel_deg, 0, north_deg, 0, -pixel_deg};
+  dem.height = [=](int c, int r) {
+    constexpr double kDegree = std::numbers::pi / 180;
+    return earth_with_a_lake((-180 + (c + 0.5) * pixel_deg) * kDegree, (north_deg - (r + 0.5) * pixel_deg) * kDegree);
+  };
+  return dem;
+}
+
+void expect_one_piece_around_the_earth(const Built& built) {
+  EXPECT_TRUE(pipeline::merged_at_once(built.plan));
+  EXPECT_TRUE(pipeline::grid_of(built.plan).closes);
+  EXPECT_THAT(judge_wide(built), IsEmpty());
+  expect_promise_above_blocks(built);
+  for (const proto::LevelSummary& level : built.manifest.levels()) EXPECT_TRUE(level.has_rmse()) << "level " << level.level();
+}
+
+TEST(ExactBlocks, close_around_the_earth) {
+  const Built built = build_dem(all_around(2880, 1440, 90), exact(1500), kSmallBlock);
+  EXPECT_EQ(built.plan.block_level(), 2u);
+  expect_one_piece_around_the_earth(built);
+}
+
+// The line where a level's ground is cut has no fewer vertices than a level below: the next ones are cut elsewhere.
+TEST(ExactBlocks, are_cut_elsewhere_on_each_level) {
+  const Built built = build_dem(all_around(5760, 96, 40), exact(100), kSmallBlock);
+  EXPECT_EQ(built.plan.block_level(), 3u);
+  expect_one_piece_around_the_earth(built);
+  const std::int64_t half = built.lattice.columns() / 2;
+  // Levels 2 and 0 are cut at the antimeridian, level 1 at Greenwich.
+  EXPECT_EQ(vertices_on(built, 2, 0), vertices_on(built, 3, 0));
+  EXPECT_LT(vertices_on(built, 2, half), vertices_on(built, 3, half));
+  EXPECT_LT(vertices_on(built, 1, 0), vertices_on(built, 2, 0));
+  EXPECT_EQ(vertices_on(built, 1, half), vertices_on(built, 2, half));
+  EXPECT_LT(vertices_on(built, 0, half), vertices_on(built, 1, half));
+}
+
+// So wide that positions have all of their 16 bits.
+TEST(ExactBlocks, wide_rasters_are_one_piece) {
+  const HeightOf ground = rough(5);
+  const auto height = [=](int c, int r) { return c < 300 || c > 59700 ? ground(c, r) : 3.0; };
+  const Built built = build_dem(points_of({13, 500 * 2 * kTile - 100, 6000 * kTile + 150}, 60000, 30, height), exact(5));
+  EXPECT_TRUE(pipeline::merged_at_once(built.plan));
+  EXPECT_THAT(judge_wide(built), IsEmpty());
+  expect_promise_above_blocks(built);
+}
+
+// Too wide for one rectangle: parents are merged of four children.
+TEST(ExactBlocks, far_apart_are_merged_level_by_level) {
+  const HeightOf ground = rough(5);
+  const auto height = [=](int c, int r) { return c < 300 || c > 66700 ? 0.1 * ground(c, r) : kNoData; };
+  const Built built =
+      build_dem(points_of({13, 500 * 2 * kTile - 100, 6000 * kTile + 150}, 67000, 30, height), exact(5), kSmallBlock);
+  EXPECT_TRUE(built.plan.exact());
+  EXPECT_FALSE(pipeline::merged_at_once(built.plan));
+  EXPECT_THAT(judge_wide(built), IsEmpty());
+  expect_promise_above_blocks(built);
+}
+
+}  // namespace
+}  // namespace cordillera::whole
