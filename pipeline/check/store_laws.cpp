@@ -7,6 +7,7 @@
 #include <set>
 #include <string>
 
+#include "pipeline/plan/plan.h"
 #include "pipeline/store/content_hash.h"
 #include "pipeline/store/store_revise.h"
 #include "pipeline/store/store_schema.h"

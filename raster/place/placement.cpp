@@ -164,9 +164,10 @@ void Placement::find_period(const Crs& crs) {
   }
   if (turn_ == 0 || forward_[2] != 0 || forward_[4] != 0) return;
   const double around_px = turn_ / std::abs(forward_[1]);
+  turn_px_ = around_px;
   const double whole = std::round(around_px);
   if (std::abs(around_px - whole) < kRounded_px && columns_ + kRounded_px >= around_px && whole < 2147483647.0)
-    period_px_ = static_cast<int>(whole);
+    turn_px_ = period_px_ = static_cast<int>(whole);
 }
 
 /// WGS 84 and systems that PROJ equates with it need no call per point: their transformation moves nothing, tried over the

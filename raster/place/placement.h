@@ -28,6 +28,8 @@ class Placement {
 
   /// Columns around the earth when the raster closes, else 0.
   int period_px() const { return period_px_; }
+  /// Columns around the earth, whether the raster closes or not; 0: places do not repeat along a row.
+  double turn_px() const { return turn_px_; }
   /// Pixel coordinates to the CRS's own, as GDAL has it.
   const std::array<double, 6>& pixel_to_map() const { return forward_; }
   /// So far is it around the earth in these; 0: they do not repeat.
@@ -54,6 +56,7 @@ class Placement {
   double centre_x_ = 0;                          ///< map coordinate of the raster's centre
   double turn_ = 0;                              ///< map distance once around the earth; 0: the map does not repeat
   int period_px_ = 0;
+  double turn_px_ = 0;
   bool plate_ = false;
   std::unique_ptr<OGRCoordinateTransformation> to_map_, to_wgs84_;
 };

@@ -82,7 +82,7 @@ class RasterSource : public Source {
   std::vector<double> row_places(const proto::Lattice& lattice, const Kernel& kernel, std::int64_t south,
                                  std::int64_t north) const;
   proto::Result<bool> sample_lines(const proto::Lattice& lattice, const Kernel& kernel, proto::Samples& samples);
-  PixelWindow pixels_around(const proto::Lattice& lattice, const Window& cells) const;
+  std::vector<PixelWindow> pixels_around(const proto::Lattice& lattice, const Window& cells) const;
   const KernelFrame& frame_for(const proto::Lattice& lattice);
   /// Into block_: what the kernel reads.
   proto::Result<void> read_block();

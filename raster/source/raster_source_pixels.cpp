@@ -38,12 +38,13 @@ struct Reach {
 
 }  // namespace
 
-/// A rectangle of the raster that holds the centres of all pixels that lie in cells of the lattice. Empty where none can.
-PixelWindow RasterSource::pixels_around(const proto::Lattice& lattice, const Window& cells) const {
+/// Rectangles of the raster that hold the centres of all pixels that lie in cells of the lattice: two where the cells lie on both
+/// of its ends, none where there can be no pixel. No pixel is in both.
+std::vector<PixelWindow> RasterSource::pixels_around(const proto::Lattice& lattice, const Window& cells) const {
   constexpr int kNet = 17;
   const Dataset& d = parts_.dataset;
-  const PixelWindow all{0, 0, parts_.placement->period_px() != 0 ? std::min(parts_.placement->period_px(), d.columns) : d.columns,
-                        d.rows};
+  const int period = parts_.placement->period_px();
+  const std::vector<PixelWindow> all{{0, 0, period != 0 ? std::min(period, d.columns) : d.columns, d.rows}};
   std::vector<double> x, y;
   for (int r = 0; r < kNet; ++r) {
     for (int c = 0; c < kNet; ++c) {
@@ -54,27 +55,32 @@ PixelWindow RasterSource::pixels_around(const proto::Lattice& lattice, const Win
     }
   }
   parts_.placement->to_pixels(x.data(), y.data(), x.size());
+  const double turn = parts_.placement->turn_px();
   Reach across, down;
   for (int k = 0; k < kNet * kNet; ++k) {
     if (!std::isfinite(x[k]) || !std::isfinite(y[k])) return all;
+    // Each place is on its own turn around the earth; here they are wanted beside each other.
+    if (turn > 0 && k > 0) x[k] += turn * std::round((x[k % kNet == 0 ? k - kNet : k - 1] - x[k]) / turn);
     across.add(x[k]), down.add(y[k]);
     if (k % kNet > 1) across.bends(x[k - 2], x[k - 1], x[k]), down.bends(y[k - 2], y[k - 1], y[k]);
     if (k >= 2 * kNet) across.bends(x[k - 2 * kNet], x[k - kNet], x[k]), down.bends(y[k - 2 * kNet], y[k - kNet], y[k]);
   }
-  if (std::max(across.bend, down.bend) > std::max(across.high - across.low, down.high - down.low) / 4 + 1)
-    return all;  // torn, or closed around
-  // As much on the turn before and after, where the raster closes.
-  const auto span = [](const Reach& reach, std::int64_t count) {
+  if (std::max(across.bend, down.bend) > std::max(across.high - across.low, down.high - down.low) / 4 + 1) return all;  // torn
+  const auto span = [](const Reach& reach, double shift, std::int64_t count) {
     const double margin = reach.bend + 2, most = static_cast<double>(count);
-    const double first = std::clamp(std::floor(reach.low - margin), 0.0, most),
-                 last = std::clamp(std::ceil(reach.high + margin), first, most);
+    const double first = std::clamp(std::floor(reach.low + shift - margin), 0.0, most),
+                 last = std::clamp(std::ceil(reach.high + shift + margin), first, most);
     return std::pair<std::int64_t, int>(static_cast<std::int64_t>(first), static_cast<int>(last - first));
   };
-  const bool wraps =
-      parts_.placement->period_px() != 0 && (across.low - across.bend < 2 || across.high + across.bend > all.columns - 2);
-  const auto [column, columns] = wraps ? std::pair<std::int64_t, int>(0, all.columns) : span(across, all.columns);
-  const auto [row, rows] = span(down, all.rows);
-  return {column, row, columns, rows};
+  const auto [row, rows] = span(down, 0, d.rows);
+  const bool laps = turn > 0 && across.high - across.low + 2 * across.bend + 8 > turn;
+  if (laps) return {{0, row, all.front().columns, rows}};
+  std::vector<PixelWindow> windows;
+  for (int turns = turn > 0 ? -1 : 0; turns <= (turn > 0 ? 1 : 0); ++turns) {
+    const auto [column, columns] = span(across, turns * turn, all.front().columns);
+    if (columns > 0 && rows > 0) windows.push_back({column, row, columns, rows});
+  }
+  return windows;
 }
 
 proto::Result<std::vector<PixelPoint>> RasterSource::pixels(const proto::Lattice& lattice, const Window& cells) {
@@ -83,8 +89,9 @@ proto::Result<std::vector<PixelPoint>> RasterSource::pixels(const proto::Lattice
       empty(lattice, cells.west, cells.south, cells.east - cells.west + 1, cells.north - cells.south + 1))
     return out;
   const GdalScope scope(parts_.dataset.trust);
-  const PixelWindow around = pixels_around(lattice, cells);
-  if (around.columns == 0 || around.rows == 0 || pixels_.certainly_void(around)) return out;
+  std::vector<PixelWindow> windows = pixels_around(lattice, cells);
+  std::erase_if(windows, [this](const PixelWindow& around) { return pixels_.certainly_void(around); });
+  if (windows.empty()) return out;
   UndulationGrid undulations{cells.east - cells.west + 2, {}};  // one more, for what lies on the rim
   const bool level_geoid = parts_.datum.geoid && lattice.cell_deg() <= kLevelGeoid_deg;
   if (level_geoid) undulations.at_m.reserve(static_cast<std::size_t>(undulations.columns * (cells.north - cells.south + 2)));
@@ -111,27 +118,29 @@ proto::Result<std::vector<PixelPoint>> RasterSource::pixels(const proto::Lattice
   };
   const double turn = static_cast<double>(lattice.columns()), wide = static_cast<double>(cells.east - cells.west);
   const double high = static_cast<double>(cells.north - cells.south), top = cells.north == lattice.rows() ? high : -1;
-  out.reserve(static_cast<std::size_t>(std::min(std::int64_t{around.columns} * around.rows, kMaxBlockPixels)));
-  PixelPlaces places(*parts_.placement, lattice, around.x, around.columns, pixel_patches_);
-  std::vector<double> x(static_cast<std::size_t>(around.columns)), y(x.size());
-  const int strip = static_cast<int>(std::clamp<std::int64_t>(kMaxBlockPixels / around.columns, 1, around.rows));
-  for (int from = 0; from < around.rows; from += strip) {
-    const PixelWindow part{around.x, around.y + from, around.columns, std::min(strip, around.rows - from)};
-    if (pixels_.certainly_void(part)) continue;
-    if (auto done = pixels_.read(part, block_.heights); !done.ok()) return done.problem();
-    for (int r = 0; r < part.rows; ++r) {
-      places.row(part.y + r, x.data(), y.data());
-      const double* const line = block_.heights.data() + static_cast<std::size_t>(r) * x.size();
-      for (std::size_t c = 0; c < x.size(); ++c) {
-        if (std::isnan(line[c])) continue;
-        const double up = y[c] - static_cast<double>(cells.south);
-        if (!(up >= 0 && (up < high || up == top))) continue;
-        double along = x[c] - static_cast<double>(cells.west);
-        if (!(along >= 0 && along < turn)) along -= turn * std::floor(along / turn);
-        for (; along < wide; along += turn) {  // more than once where the window laps itself
-          if (!wanted(along, up)) continue;
-          const double total_m = height_m(line[c], along, up);
-          if (std::abs(total_m) <= proto::kMaxHeight_m) out.push_back({along, up, total_m});
+  for (const PixelWindow& around : windows) {
+    out.reserve(out.size() + static_cast<std::size_t>(std::min(std::int64_t{around.columns} * around.rows, kMaxBlockPixels)));
+    PixelPlaces places(*parts_.placement, lattice, around.x, around.columns, pixel_patches_);
+    std::vector<double> x(static_cast<std::size_t>(around.columns)), y(x.size());
+    const int strip = static_cast<int>(std::clamp<std::int64_t>(kMaxBlockPixels / around.columns, 1, around.rows));
+    for (int from = 0; from < around.rows; from += strip) {
+      const PixelWindow part{around.x, around.y + from, around.columns, std::min(strip, around.rows - from)};
+      if (pixels_.certainly_void(part)) continue;
+      if (auto done = pixels_.read(part, block_.heights); !done.ok()) return done.problem();
+      for (int r = 0; r < part.rows; ++r) {
+        places.row(part.y + r, x.data(), y.data());
+        const double* const line = block_.heights.data() + static_cast<std::size_t>(r) * x.size();
+        for (std::size_t c = 0; c < x.size(); ++c) {
+          if (std::isnan(line[c])) continue;
+          const double up = y[c] - static_cast<double>(cells.south);
+          if (!(up >= 0 && (up < high || up == top))) continue;
+          double along = x[c] - static_cast<double>(cells.west);
+          if (!(along >= 0 && along < turn)) along -= turn * std::floor(along / turn);
+          for (; along < wide; along += turn) {  // more than once where the window laps itself
+            if (!wanted(along, up)) continue;
+            const double total_m = height_m(line[c], along, up);
+            if (std::abs(total_m) <= proto::kMaxHeight_m) out.push_back({along, up, total_m});
+          }
         }
       }
     }

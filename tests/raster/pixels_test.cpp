@@ -1,6 +1,10 @@
 // The raster's own pixels on the lattice, and samples that are moved until the surface meets them.
+#include <gdal_priv.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <fstream>
 
 #include "fixture.h"
 #include "raster/sample/back_projection.h"
@@ -245,6 +249,59 @@ TEST_F(Pixels, AroundTheEarth) {
   for (std::int64_t c = -8; c < 0; ++c)
     for (std::int64_t r = 0; r < 16; ++r) EXPECT_EQ(a->at(c, 400 + r), b->at(l.columns() + c, 400 + r));
   EXPECT_LT(off(*source, 2).greatest_m, 0.1);
+}
+
+/// Makes a tile of a tiled TIFF unreadable.
+void damage_tile(const std::string& file, int column, int row) {
+  std::uint64_t at = 0;
+  {
+    const GDALDatasetUniquePtr dataset(GDALDataset::Open(file.c_str()));
+    const std::string item = "BLOCK_OFFSET_" + std::to_string(column) + "_" + std::to_string(row);
+    const char* const offset = dataset->GetRasterBand(1)->GetMetadataItem(item.c_str(), "TIFF");
+    ASSERT_TRUE(offset);
+    at = std::stoull(offset);
+  }
+  std::fstream bytes(file, std::ios::in | std::ios::out | std::ios::binary);
+  bytes.seekp(static_cast<std::streamoff>(at));
+  bytes << std::string(40, '\xff');
+}
+
+// Cells on both sides of the antimeridian lie at both ends of the raster: what is between is not read. It was, all of it, for
+// each strip of samples there.
+TEST_F(Pixels, BesideTheAntimeridianNothingElseIsRead) {
+  for (const bool closes : {true, false}) {
+    Spec spec;
+    spec.columns = closes ? 1024 : 1022, spec.rows = 512;
+    spec.geotransform = {closes ? -180 : -180 + 360.0 / 1024, 360.0 / 1024, 0, 90, 0, -180.0 / 512};
+    spec.value = rough;
+    spec.create = {"TILED=YES", "BLOCKXSIZE=128", "BLOCKYSIZE=128", "COMPRESS=DEFLATE"};
+    const std::string file = write(spec, closes ? "closed.tif" : "open.tif");
+    const proto::Lattice l = lattice(2);  // cells of half a pixel
+    const auto pixels_of = [&](const Window& cells) {
+      const auto found = must_open(file)->pixels(l, cells);
+      EXPECT_TRUE(found.ok()) << found.problem().line();
+      std::vector<std::array<double, 3>> all;
+      if (found.ok()) {
+        for (const raster::PixelPoint& p : *found)
+          all.push_back({static_cast<double>(cells.west) + p.x, static_cast<double>(cells.south) + p.y, p.height_m});
+      }
+      std::sort(all.begin(), all.end());
+      return all;
+    };
+    const auto expected = pixels_of({0, 0, 2 * l.columns(), l.rows()});  // twice around
+    damage_tile(file, 4, 1);
+    for (const Window cells :
+         {Window{l.columns() - 40, 600, l.columns() + 30, 700}, Window{l.columns() - 64, 600, l.columns(), 664},
+          Window{l.columns() + 1, 640, l.columns() + 50, 700}}) {
+      std::vector<std::array<double, 3>> wanted;
+      for (const auto& p : expected) {
+        if (p[0] >= cells.west && p[0] < cells.east && p[1] >= cells.south && p[1] < cells.north) wanted.push_back(p);
+      }
+      EXPECT_EQ(pixels_of(cells), wanted) << closes << " " << cells.west;
+      EXPECT_GT(wanted.size(), 500u);
+    }
+    EXPECT_FALSE(must_open(file)->pixels(l, {1000, 600, 1100, 700}).ok()) << "the damaged tile lies there";
+  }
 }
 
 TEST_F(Pixels, UnderAGeoidAndABox) {

@@ -51,7 +51,7 @@ class Mosaic {
  private:
   const proto::TileMesh* mesh_of(std::int32_t k) const { return meshes_[static_cast<std::size_t>(k)]; }
   const proto::TileMesh* at(std::int32_t column, std::int32_t row) const {
-    if (grid_.closes) column = proto::modulo(column, grid_.across);
+    if (grid_.closes) column = static_cast<std::int32_t>(proto::modulo(column, grid_.across));
     return column < 0 || row < 0 || column >= grid_.across || row >= grid_.up ? nullptr : mesh_of(row * grid_.across + column);
   }
   proto::TileMesh without_data(std::int32_t k) const {
