@@ -25,7 +25,8 @@ proto::TileAddress node_at(const proto::Plan& plan, const BlockGrid& grid, std::
 /// Whether one task makes all levels above the blocks of a plan: exact blocks that fit into one rectangle of gpu/exact, and take
 /// no more memory than kMostCellsAbove stands for. Else parents are merged of four children, level by level.
 bool merged_at_once(const proto::Plan& plan);
-/// Cells of the finest level of such a rectangle: 1.3 bytes of memory each, and of one that closes twice as many bytes.
+/// Cells of the finest level of such a rectangle: 1.3 bytes of memory each, and of one that closes twice as many bytes. With all
+/// else that a build has then, 2.1 and 2.9 GB were seen.
 inline constexpr std::int64_t kMostCellsAbove = std::int64_t{1} << 30, kMostCellsAround = kMostCellsAbove / 2;
 /// The node that stands for that task, of the level above the blocks.
 proto::TileAddress node_above(const proto::Plan& plan);

@@ -379,18 +379,12 @@ void ErrorStatement::put_back() {
   const auto [low_m, high_m] = gpu::height_range_m(tile_.mesh);
   tile_.max_error_m += steps.between(low_m, high_m) * (1 + kMildSlope);
   double steep_m = 0;
-  std::vector<std::uint32_t> over;
-  for (std::size_t k = 0; k < steep_.size(); ++k) {
-    steep_m = std::max(steep_m, error_m_[k]);
-    if (error_m_[k] > limit_m) over.push_back(steep_[k]);
+  bool over = false;
+  for (const double error_m : error_m_) {
+    steep_m = std::max(steep_m, error_m);
+    over = over || error_m > limit_m;
   }
-  if (context_.promise) {
-    const std::vector<std::uint32_t> turned = gpu::turned_triangles(upright, tile_.mesh);
-    over.insert(over.end(), turned.begin(), turned.end());
-    std::sort(over.begin(), over.end());
-    over.erase(std::unique(over.begin(), over.end()), over.end());
-  }
-  if (context_.promise && !over.empty()) {
+  if (context_.promise && (over || !gpu::turned_triangles(upright, tile_.mesh).empty())) {
     const KnownErrors before(tile_.mesh, steep_, error_m_);
     const gpu::UprightMeter in_space(known_, upright);
     const gpu::SteppedMeter meter(in_space, height_step(*context_.level));
@@ -406,17 +400,26 @@ void ErrorStatement::put_back() {
       }
       return left;
     };
-    const gpu::Refined refined = gpu::refine(tile_.mesh, meter, limit_m, over, SIZE_MAX);
-    tile_.put_back = refined.inserted;
-    bool changed = refined.inserted + refined.flipped > 0;
-    if (refined.over > 0) {
-      const std::vector<std::uint32_t> left = measured();
-      const auto triangles = tile_.mesh.triangles;
-      if (left.size() <= kMostLeftOver) tile_.put_back += gpu::refine_stuck(tile_.mesh, meter, limit_m, left).inserted;
-      changed = changed || tile_.mesh.triangles != triangles;
+    // Needles first: what is turned needs no vertex.
+    bool changed = gpu::flip_turned(tile_.mesh, upright, known_, limit_m) > 0;
+    std::vector<std::uint32_t> wrong = measured();
+    const std::vector<std::uint32_t> turned = gpu::turned_triangles(upright, tile_.mesh);
+    wrong.insert(wrong.end(), turned.begin(), turned.end());
+    std::sort(wrong.begin(), wrong.end());
+    wrong.erase(std::unique(wrong.begin(), wrong.end()), wrong.end());
+    if (!wrong.empty()) {
+      const gpu::Refined refined = gpu::refine(tile_.mesh, meter, limit_m, wrong, SIZE_MAX);
+      tile_.put_back = refined.inserted;
+      changed = changed || refined.inserted + refined.flipped > 0;
+      if (refined.over > 0) {
+        const std::vector<std::uint32_t> left = measured();
+        const auto triangles = tile_.mesh.triangles;
+        if (left.size() <= kMostLeftOver) tile_.put_back += gpu::refine_stuck(tile_.mesh, meter, limit_m, left).inserted;
+        changed = changed || tile_.mesh.triangles != triangles;
+      }
+      changed = gpu::flip_turned(tile_.mesh, upright, known_, limit_m) > 0 || changed;
+      measured();
     }
-    changed = gpu::flip_turned(tile_.mesh, upright, known_, limit_m) > 0 || changed;
-    measured();
     // Triangles that came in keep the limit, and that is what is known of them.
     if (changed) steep_m = std::max(steep_m, limit_m);
   }
