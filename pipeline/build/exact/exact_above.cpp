@@ -27,8 +27,10 @@ using gpu::exact::BlockMesh;
 using gpu::exact::Ground;
 using proto::floor_divide;
 
-constexpr double kLeastSteps = 4;  // of height in a tolerance: the engine's bound
-constexpr double kMildSlope = 3;   // metres a metre: what rounding adds to a bound there is set aside, see levels_above
+constexpr double kLeastSteps = 4;      // of height in a tolerance: the engine's bound
+constexpr double kWide_deg = 6;        // of longitude
+constexpr double kBesidePole_deg = 2;  // of latitude
+constexpr double kMildSlope = 3;       // metres a metre: what rounding adds to a bound there is set aside, see levels_above
 
 std::int64_t block_units(const proto::Plan& plan) { return lattice_of(plan).tile_units(static_cast<int>(plan.block_level())); }
 
@@ -304,13 +306,24 @@ double slope_of(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>&
   return (high - low) * proto::kHeightStep_m * longest / ((ux * vy - uy * vx) * unit_m);
 }
 
-/// Triangles so steep, or so narrow, that points rounded sideways may move them by more than was set aside.
+/// Triangles so steep, or so narrow, that points rounded sideways may move them by more than was set aside: a cell is as narrow
+/// as on the row of the triangle that is nearest to a pole, where all are. And those so wide, in degrees, that what the engine
+/// knows of the earth's curve, by its second order, is not enough: there are such beside poles.
 std::vector<std::uint32_t> steep_triangles(const proto::Lattice& lattice, const BuiltTile& tile) {
-  const std::int64_t middle = lattice.south(tile.tile) + tile.mesh.side / 2;
-  const double unit_m = proto::cell_height_m(lattice, middle) * proto::row_frame(lattice, middle).cos_lat;
+  const std::int64_t south = lattice.south(tile.tile);
+  const auto unit_of = [&](std::int32_t y) {
+    return proto::cell_height_m(lattice, south + y) * std::max(proto::row_frame(lattice, south + y).cos_lat, 0.0);
+  };
   std::vector<std::uint32_t> steep;
   for (std::uint32_t t = 0; t < tile.mesh.triangles.size(); ++t) {
-    if (slope_of(tile.mesh, tile.mesh.triangles[t], unit_m) > kMildSlope) steep.push_back(t);
+    const auto& c = tile.mesh.triangles[t];
+    const auto [low, high] = std::minmax({tile.mesh.y[c[0]], tile.mesh.y[c[1]], tile.mesh.y[c[2]]});
+    const double unit = std::min(unit_of(low), unit_of(high));
+    const auto [west, east] = std::minmax({tile.mesh.x[c[0]], tile.mesh.x[c[1]], tile.mesh.x[c[2]]});
+    const bool is_wide = (east - west) * lattice.cell_deg() > kWide_deg;
+    const std::int64_t to_pole = std::min(south + low, lattice.rows() - south - high);
+    const bool is_beside_pole = static_cast<double>(to_pole) * lattice.cell_deg() < kBesidePole_deg;
+    if (is_wide || is_beside_pole || !(slope_of(tile.mesh, c, unit) <= kMildSlope)) steep.push_back(t);
   }
   return steep;
 }
@@ -326,18 +339,21 @@ Corners corners_of(const proto::TileMesh& mesh, std::uint32_t t) {
   return corners;
 }
 
-constexpr std::size_t kPiece = 512;  ///< steep triangles
-constexpr std::size_t kBands = 16;   ///< of a tile that is so many rows high; sums depend on it
+constexpr std::size_t kPiece = 64;  ///< steep triangles
+constexpr std::size_t kBands = 16;  ///< of a tile that is so many rows high; sums depend on it
 
 GroundMeter meter_of(const LevelContext& context, const KnownGround& ground, const BuiltTile& tile) {
   return {{context.lattice, tile.tile, tile.mesh.side, ecef_steps(*context.level), height_step(*context.level)}, ground};
 }
 
-/// Triangles of a mesh and how far off they are, as long as they stay what they are.
+/// Triangles of a mesh, and how far off they are, as long as they stay what they are. measured: those of which that is known
+/// alone; of others it is 0, for their bounds hold.
 class KnownErrors {
  public:
-  KnownErrors(const proto::TileMesh& mesh, const std::vector<std::uint32_t>& triangles, const std::vector<double>& error_m) {
-    for (std::size_t k = 0; k < triangles.size(); ++k) error_m_.emplace_back(corners_of(mesh, triangles[k]), error_m[k]);
+  KnownErrors(const proto::TileMesh& mesh, const std::vector<std::uint32_t>& measured, const std::vector<double>& error_m) {
+    std::vector<double> all(mesh.triangles.size(), 0);
+    for (std::size_t k = 0; k < measured.size(); ++k) all[measured[k]] = error_m[k];
+    for (std::uint32_t t = 0; t < all.size(); ++t) error_m_.emplace_back(corners_of(mesh, t), all[t]);
     std::sort(error_m_.begin(), error_m_.end(), before);
   }
   std::optional<double> find(const Corners& corners) const {
@@ -388,10 +404,11 @@ void ErrorStatement::put_back() {
     const KnownErrors before(tile_.mesh, steep_, error_m_);
     const gpu::UprightMeter in_space(known_, upright);
     const gpu::SteppedMeter meter(in_space, height_step(*context_.level));
-    const auto measured = [&] {  // those over the limit
+    const auto measured = [&] {  // those over the limit; whatever is new is looked at
       std::vector<std::uint32_t> left;
       steep_m = 0;
-      for (const std::uint32_t t : steep_triangles(*context_.lattice, tile_)) {
+      for (std::uint32_t t = 0; t < tile_.mesh.triangles.size(); ++t) {
+        if (!is_published(tile_.mesh, tile_.mesh.triangles[t])) continue;
         const Corners corners = corners_of(tile_.mesh, t);
         const std::optional<double> known = before.find(corners);
         const double error_m = known ? *known : known_.error_m(corners, limit_m);
@@ -401,7 +418,7 @@ void ErrorStatement::put_back() {
       return left;
     };
     // Needles first: what is turned needs no vertex.
-    bool changed = gpu::flip_turned(tile_.mesh, upright, known_, limit_m) > 0;
+    gpu::flip_turned(tile_.mesh, upright, known_, limit_m);
     std::vector<std::uint32_t> wrong = measured();
     const std::vector<std::uint32_t> turned = gpu::turned_triangles(upright, tile_.mesh);
     wrong.insert(wrong.end(), turned.begin(), turned.end());
@@ -410,18 +427,13 @@ void ErrorStatement::put_back() {
     if (!wrong.empty()) {
       const gpu::Refined refined = gpu::refine(tile_.mesh, meter, limit_m, wrong, SIZE_MAX);
       tile_.put_back = refined.inserted;
-      changed = changed || refined.inserted + refined.flipped > 0;
       if (refined.over > 0) {
         const std::vector<std::uint32_t> left = measured();
-        const auto triangles = tile_.mesh.triangles;
         if (left.size() <= kMostLeftOver) tile_.put_back += gpu::refine_stuck(tile_.mesh, meter, limit_m, left).inserted;
-        changed = changed || tile_.mesh.triangles != triangles;
       }
-      changed = gpu::flip_turned(tile_.mesh, upright, known_, limit_m) > 0 || changed;
+      gpu::flip_turned(tile_.mesh, upright, known_, limit_m);
       measured();
     }
-    // Triangles that came in keep the limit, and that is what is known of them.
-    if (changed) steep_m = std::max(steep_m, limit_m);
   }
   tile_.max_error_m = std::max(tile_.max_error_m, steep_m) + gpu::kGrace_m;
   step_ = std::max(kRmseStep, published_side(tile_.mesh) / kRmseSide);

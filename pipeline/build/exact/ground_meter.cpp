@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "gpu/exact/steps/coded.h"
 #include "gpu/measure/sample_meter.h"
@@ -11,7 +12,16 @@ namespace cordillera::pipeline {
 namespace {
 
 constexpr std::int64_t kMargin = 2;  // units: samples beside a triangle that its chords may show
-constexpr double kRounded = 1;       // of a height to whole steps, and more
+
+/// And so many rows nearer to the pole than `row`, between two places on it or farther from the pole that are so many columns
+/// apart: tan(colatitude) shrinks by the cosine of half of their longitudes' difference.
+std::int64_t bulge_rows(const proto::Lattice& lattice, std::int64_t row, std::int64_t columns) {
+  const double cell_rad = lattice.cell_deg() * std::numbers::pi / 180;
+  const double colatitude = static_cast<double>(std::min(row, lattice.rows() - row)) * cell_rad;
+  const double half = std::min(0.5 * static_cast<double>(columns) * cell_rad, std::numbers::pi / 2);
+  return static_cast<std::int64_t>(std::ceil((colatitude - std::atan(std::tan(colatitude) * std::cos(half))) / cell_rad));
+}
+constexpr double kRounded = 1;  // of a height to whole steps, and more
 
 /// What std::lround gives, without a call.
 std::int32_t nearest(float height) {
@@ -75,8 +85,12 @@ GroundMeter::Known GroundMeter::around(const std::array<gpu::MeshPoint, 3>& corn
   const auto [from_y, to_y] = std::minmax({corners[0].y, corners[1].y, corners[2].y});
   const std::int64_t west = std::max<std::int64_t>(west_ + from_x - kMargin, 0),
                      east = std::min<std::int64_t>(west_ + to_x + kMargin, ground_.columns - 1);
-  const std::int64_t south = std::max<std::int64_t>(south_ + from_y - kMargin, 0),
-                     north = std::min<std::int64_t>(south_ + to_y + kMargin, ground_.rows - 1);
+  const proto::Lattice& lattice = *at_.lattice;
+  const std::int64_t lowest = ground_.south + south_ + from_y, highest = ground_.south + south_ + to_y, wide = to_x - from_x;
+  const std::int64_t below = 2 * lowest < lattice.rows() ? bulge_rows(lattice, lowest, wide) : 0,
+                     above = 2 * highest > lattice.rows() ? bulge_rows(lattice, highest, wide) : 0;
+  const std::int64_t south = std::max<std::int64_t>(south_ + from_y - below - kMargin, 0),
+                     north = std::min<std::int64_t>(south_ + to_y + above + kMargin, ground_.rows - 1);
   const auto columns = static_cast<std::size_t>(east - west + 1), rows = static_cast<std::size_t>(north - south + 1);
   Known known{{}, {frames_, static_cast<std::size_t>(south), rows, static_cast<std::size_t>(west), columns}, 0};
   proto::Samples& samples = known.samples;
