@@ -11,6 +11,7 @@
 #include "gpu/measure/surface_memory.h"
 #include "pipeline/build/build.h"
 #include "pipeline/build/exact/exact_block.h"
+#include "pipeline/build/exact/kept_block.h"
 #include "pipeline/build/tile_output.h"
 #include "pipeline/finest/pixel_error.h"
 #include "pipeline/finest/side_vertices.h"

@@ -6,6 +6,8 @@
 
 #include "gpu/measure/sample_frames.h"
 #include "gpu/measure/surface_memory.h"
+#include "pipeline/build/exact/error_statement.h"
+#include "pipeline/build/exact/kept_block.h"
 #include "pipeline/build/tile_output.h"
 #include "pipeline/finest/pixel_error.h"
 #include "pipeline/finest/side_vertices.h"

@@ -1,7 +1,7 @@
 #pragma once
 // The error of a tile's mesh, made to keep the promise, and what levels above need to know of it. Of every strategy: waves and
 // others that simplify tile by tile come here from tile_mesh.cpp, exact from build/exact/exact_block.cpp. compose() is of the
-// first alone; exact states its errors above the blocks in build/exact/exact_above.h.
+// first alone; exact states its errors above the blocks in build/exact/error_statement.h.
 #include <cstdint>
 #include <vector>
 

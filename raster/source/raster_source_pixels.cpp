@@ -73,12 +73,14 @@ std::vector<PixelWindow> RasterSource::pixels_around(const proto::Lattice& latti
     return std::pair<std::int64_t, int>(static_cast<std::int64_t>(first), static_cast<int>(last - first));
   };
   const auto [row, rows] = span(down, 0, d.rows);
+  if (rows == 0) return {};
   const bool laps = turn > 0 && across.high - across.low + 2 * across.bend + 8 > turn;
   if (laps) return {{0, row, all.front().columns, rows}};
   std::vector<PixelWindow> windows;
-  for (int turns = turn > 0 ? -1 : 0; turns <= (turn > 0 ? 1 : 0); ++turns) {
+  const int beside = turn > 0 ? 1 : 0;
+  for (int turns = -beside; turns <= beside; ++turns) {
     const auto [column, columns] = span(across, turns * turn, all.front().columns);
-    if (columns > 0 && rows > 0) windows.push_back({column, row, columns, rows});
+    if (columns > 0) windows.push_back({column, row, columns, rows});
   }
   return windows;
 }
