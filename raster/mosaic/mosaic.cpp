@@ -1,16 +1,17 @@
 #include "raster/mosaic/mosaic.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <numbers>
-#include <set>
 
 #include "proto/ellipsoid.h"
 #include "proto/integers.h"
 #include "proto/lru.h"
 #include "raster/mosaic/blend.h"
+#include "raster/mosaic/mosaic_description.h"
 #include "raster/mosaic/same_grid.h"
 #include "raster/open/raster_state.h"
 #include "raster/storage/storage.h"
@@ -51,7 +52,7 @@ Window hull(std::vector<Window> windows, std::int64_t circle) {
 class Mosaic final : public Source {
  public:
   Mosaic(std::vector<MosaicMember> members, double feather_m) : members_(std::move(members)), feather_m_(feather_m) {
-    describe();
+    description_ = describe_mosaic(members_, window(kMemberLattice));
   }
 
   const proto::Source& description() const override { return description_; }
@@ -112,8 +113,8 @@ class Mosaic final : public Source {
     return {};
   }
 
-  /// Those that the surface is made of: of the raster that wins at all vertices around, and of no other where rasters are
-  /// blended.
+  /// Those that the surface is made of: of the raster that wins at all vertices around, or goes on there as one of the same grid.
+  /// Where rasters are blended there are none.
   proto::Result<std::vector<PixelPoint>> pixels(const proto::Lattice& lattice, const Window& cells) override {
     const std::vector<std::size_t> layers = under(cells, lattice);
     if (layers.size() == 1) {
@@ -133,9 +134,13 @@ class Mosaic final : public Source {
         const auto sw =
             static_cast<std::size_t>(std::min(static_cast<std::int64_t>(pixel.y), cells.north - cells.south - 1) * columns +
                                      static_cast<std::int64_t>(pixel.x));
-        const auto foreign = [&](std::size_t v) { return (*owners)[v] != kNobody && (*owners)[v] != layer; };
-        const std::size_t nw = sw + static_cast<std::size_t>(columns);
-        if (!foreign(sw) && !foreign(sw + 1) && !foreign(nw) && !foreign(nw + 1)) out.push_back(pixel);
+        const auto owner = [&](std::size_t v) { return (*owners)[sw + v]; };
+        const auto up = static_cast<std::size_t>(columns);
+        const auto shapes = shapes_surface(layer, {owner(0), owner(1), owner(up), owner(up + 1)},
+                                           {lattice.longitude_deg(cells.west) + pixel.x * lattice.cell_deg(),
+                                            lattice.latitude_deg(cells.south) + pixel.y * lattice.cell_deg()});
+        if (!shapes.ok()) return shapes.problem();
+        if (*shapes) out.push_back(pixel);
       }
     }
     return out;
@@ -220,6 +225,35 @@ class Mosaic final : public Source {
     return neighbours_[member] = std::move(found);
   }
 
+  struct Place {
+    double longitude_deg = 0, latitude_deg = 0;
+  };
+  /// Whether a member's pixel has a part in all heights around it: they are its own, or of others that read across their side.
+  proto::Result<bool> shapes_surface(std::size_t member, const std::array<std::size_t, 4>& owners, const Place& pixel) {
+    for (auto owner = owners.begin(); owner != owners.end(); ++owner) {
+      if (*owner == kNobody || *owner == member || std::find(owners.begin(), owner, *owner) != owner) continue;
+      if (*owner == kSeveral) return false;
+      const auto reads = reads_across(*owner, member, pixel);
+      if (!reads.ok() || !*reads) return reads;
+    }
+    return true;
+  }
+
+  /// Whether a member's heights are interpolated to a pixel of another: both are of one grid, and it has none there itself.
+  proto::Result<bool> reads_across(std::size_t member, std::size_t other, Place pixel) {
+    if (members_[member].description.pixel() != "area") return false;
+    const auto neighbours = neighbours_of(member);
+    if (!neighbours.ok()) return neighbours.problem();
+    if (std::none_of(neighbours->begin(), neighbours->end(), [&](const GridNeighbour& next) { return next.member == other; }))
+      return false;
+    const auto source = opened(member);
+    if (!source.ok()) return source.problem();
+    (*source)->placement().to_pixels(&pixel.longitude_deg, &pixel.latitude_deg, 1);
+    const double column = pixel.longitude_deg, row = pixel.latitude_deg;
+    const PixelWindow all = (*source)->all_pixels();
+    return !(column >= 0 && column < all.columns && row >= 0 && row < all.rows);
+  }
+
   /// Pixels of the window beyond the member's sides, from those that go on with them: of the first that has one.
   proto::Result<void> read_beyond(std::size_t member, const PixelWindow& all, const PixelWindow& window,
                                   std::vector<double>& heights) {
@@ -274,9 +308,6 @@ class Mosaic final : public Source {
     return samples;
   }
 
-  /// The finest raster stands for all where one number has to; what differs between them is left out.
-  void describe();
-
   std::vector<MosaicMember> members_;
   double feather_m_;
   proto::Source description_;
@@ -284,52 +315,6 @@ class Mosaic final : public Source {
   std::map<std::size_t, std::vector<GridNeighbour>> neighbours_;       ///< by member, of those that were read beyond their sides
   std::map<std::pair<int, std::int64_t>, std::int32_t> pole_heights_;  ///< by level and row
 };
-
-double cosine(double latitude_deg) { return std::max(std::cos(latitude_deg / 180 * std::numbers::pi), 1e-6); }
-
-void Mosaic::describe() {
-  description_ = members_.front().description;
-  if (members_.size() == 1) return;
-  const Window w = window(kMemberLattice);
-  const double south = kMemberLattice.latitude_deg(w.south), north = kMemberLattice.latitude_deg(w.north);
-  // At the mosaic's centre a pixel counts as wide as would be as many of the lattice's cells, which become narrow towards a pole.
-  const auto width_m = [&](const proto::Source& s) {
-    return s.pixel_width_m() * cosine((south + north) / 2) / cosine((s.bbox(1) + s.bbox(3)) / 2);
-  };
-  const auto finest = std::min_element(members_.begin(), members_.end(), [&](const MosaicMember& a, const MosaicMember& b) {
-    return width_m(a.description) * a.description.pixel_height_m() < width_m(b.description) * b.description.pixel_height_m();
-  });
-  description_ = finest->description;
-  description_.set_pixel_width_m(width_m(finest->description));
-  // Cutters leave slivers of a pixel or two, whose heights alone would want finer cells. The whole is no such raster.
-  for (const MosaicMember& member : members_) {
-    description_.set_columns(std::max(description_.columns(), member.description.columns()));
-    description_.set_rows(std::max(description_.rows(), member.description.rows()));
-  }
-  description_.set_file(std::to_string(members_.size()) + " rasters");
-  const auto common = [&](auto get) {
-    std::set<std::string> values;
-    for (const MosaicMember& member : members_) values.insert(get(member.description));
-    return values.size() == 1 ? *values.begin() : std::string("mixed");
-  };
-  description_.set_driver(common([](const proto::Source& s) { return s.driver(); }));
-  description_.set_crs(common([](const proto::Source& s) { return s.crs(); }));
-  description_.set_crs_from(common([](const proto::Source& s) { return s.crs_from(); }));
-  description_.set_vertical_datum(common([](const proto::Source& s) { return s.vertical_datum(); }));
-  description_.set_vertical_datum_from(common([](const proto::Source& s) { return s.vertical_datum_from(); }));
-  description_.set_vertical_grid(common([](const proto::Source& s) { return s.vertical_grid(); }));
-  description_.set_vertical_datum_declared(common([](const proto::Source& s) { return s.vertical_datum_declared(); }));
-  description_.set_unit(common([](const proto::Source& s) { return s.unit(); }));
-  description_.set_nodata(common([](const proto::Source& s) { return s.nodata(); }));
-  description_.set_data_type(common([](const proto::Source& s) { return s.data_type(); }));
-  const bool circle = w.east - w.west >= kMemberLattice.columns();
-  const double east = kMemberLattice.longitude_deg(w.east);
-  description_.clear_bbox();
-  description_.add_bbox(circle ? -180 : kMemberLattice.longitude_deg(w.west));
-  description_.add_bbox(south);
-  description_.add_bbox(circle ? 180 : east > 180 ? east - 360 : east);
-  description_.add_bbox(north);
-}
 
 }  // namespace
 

@@ -145,6 +145,19 @@ TEST(Blend, distances_count_diagonals_as_one) {
 }
 
 /// Tiles that were cut from one grid give what the grid gives: no seam is to be seen.
+using Window = raster::Source::Window;
+
+/// Places to a millionth of a cell, for the same place is reached from another corner.
+std::vector<std::array<std::int64_t, 3>> sorted_pixels(raster::Source& source, int level, const Window& cells) {
+  std::vector<std::array<std::int64_t, 3>> all;
+  const auto pixels = source.pixels(lattice(level), cells);
+  EXPECT_TRUE(pixels.ok());
+  for (const raster::PixelPoint& pixel : *pixels)
+    all.push_back({std::llround(pixel.x * 1e6), std::llround(pixel.y * 1e6), std::llround(pixel.height_m * 1e6)});
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
 TEST_F(Mosaic, rasters_of_one_grid_are_interpolated_across_their_sides) {
   const auto slope = [](int c, int r) { return 10.0 * c + std::fmod(r * 37.0, 50.0) + std::fmod(c * 13.0, 31.0); };
   for (const int finer : {0, 2}) {  // pixels of one and of four cells
@@ -168,8 +181,21 @@ TEST_F(Mosaic, rasters_of_one_grid_are_interpolated_across_their_sides) {
       std::size_t other = 0;
       for (std::size_t v = 0; v < a.height.size(); ++v) other += a.height[v] != b.height[v] ? 1 : 0;
       EXPECT_EQ(other, 0u) << "of " << a.height.size() << ", level " << level;
+      const Window cells{a.west, a.south, a.west + a.columns - 1, a.south + a.rows - 1};
+      EXPECT_EQ(sorted_pixels(*pieces, level, cells), sorted_pixels(*whole_grid, level, cells)) << "level " << level;
     }
   }
+}
+
+/// A pixel that the winner has another for is no part of the surface, however the rasters lie.
+TEST_F(Mosaic, where_rasters_of_one_grid_overlap_only_the_first_ones_pixels_count) {
+  const auto source = raster::make_mosaic({plane("first.tif", 0, 0, 40, 100), plane("second.tif", 30, 0, 40, 300)}, 0);
+  const proto::Samples all = whole(*source, lattice(kLevel));
+  const Window cells{all.west, all.south, all.west + all.columns - 1, all.south + all.rows - 1};
+  std::size_t first = 0, second = 0;
+  for (const auto& [x, y, height] : sorted_pixels(*source, kLevel, cells)) ++(height == 100000000 ? first : second);
+  EXPECT_EQ(first, 40u * 40) << "all of them";
+  EXPECT_EQ(second, 30u * 40) << "those beyond the first one's side";
 }
 
 /// GEBCO's grid and others come in pieces that meet at the poles, and none of them knows the others' last row.
