@@ -131,19 +131,43 @@ class GlbPoints {
   std::vector<Vec3> points_;
 };
 
-/// Where the .drc's vertices are in the .glb; empty after a finding.
+/// Of each triangle of the .drc, whether two of its corners are at a pole: it is a line in space.
+std::vector<bool> lines_at_pole(const DecodedDrc& mesh, const TileBytes& bytes) {
+  const proto::Lattice lattice{bytes.finest_level};
+  const std::int64_t south = lattice.south(bytes.tile);
+  const auto at_pole = [&](std::uint32_t v) {
+    return south + mesh.points[v][1] == 0 || south + mesh.points[v][1] == lattice.rows();
+  };
+  std::vector<bool> lines;
+  for (const Triangle& t : mesh.triangles) lines.push_back(at_pole(t[0]) + at_pole(t[1]) + at_pole(t[2]) > 1);
+  return lines;
+}
+
+/// Of each vertex, whether it is a corner of a triangle that the .glb has, too.
+std::vector<bool> shown_vertices(const DecodedDrc& mesh, const TileBytes& bytes) {
+  const std::vector<bool> lines = lines_at_pole(mesh, bytes);
+  const bool all = std::find(lines.begin(), lines.end(), false) == lines.end();
+  std::vector<bool> shown(mesh.points.size(), all);
+  for (std::size_t t = 0; t < lines.size() && !all; ++t) {
+    for (const std::uint32_t v : mesh.triangles[t]) shown[v] = shown[v] || !lines[t];
+  }
+  return shown;
+}
+
+/// Where the .drc's vertices are in the .glb, or would be; empty after a finding.
 std::vector<Vec3> matched(const DecodedDrc& drc, const DecodedGlb& glb, const TileBytes& bytes, const std::string& where,
                           Findings& findings) {
   const proto::Lattice lattice{bytes.finest_level};
   const std::int64_t west = lattice.west(bytes.tile), south = lattice.south(bytes.tile);
   const GlbPoints points(glb);
+  const std::vector<bool> shown = shown_vertices(drc, bytes);
   std::vector<Vec3> out;
   for (std::size_t v = 0; v < drc.points.size(); ++v) {
     const auto& p = drc.points[v];
     const double height_m = p[2] * drc.height_step;
+    const Vec3 place = proto::ecef(proto::row_frame(lattice, south + p[1]), proto::column_frame(lattice, west + p[0]), height_m);
     const auto found =
-        points.at(proto::ecef(proto::row_frame(lattice, south + p[1]), proto::column_frame(lattice, west + p[0]), height_m),
-                  bytes.ecef_steps.between(height_m, height_m));
+        shown[v] ? points.at(place, bytes.ecef_steps.between(height_m, height_m)) : bytes.ecef_steps.rounded(place, height_m);
     if (!found) {
       findings.add(where, "vertex " + words(drc.points[v]) + " of its .drc is not in its .glb");
       return {};
@@ -151,18 +175,6 @@ std::vector<Vec3> matched(const DecodedDrc& drc, const DecodedGlb& glb, const Ti
     out.push_back(*found);
   }
   return out;
-}
-
-/// Triangles of the .drc with two corners at a pole, which are lines in space.
-std::size_t lines_at_pole(const DecodedDrc& mesh, const TileBytes& bytes) {
-  const proto::Lattice lattice{bytes.finest_level};
-  const std::int64_t south = lattice.south(bytes.tile);
-  const auto at_pole = [&](std::uint32_t v) {
-    return south + mesh.points[v][1] == 0 || south + mesh.points[v][1] == lattice.rows();
-  };
-  return static_cast<std::size_t>(std::count_if(mesh.triangles.begin(), mesh.triangles.end(), [&](const Triangle& t) {
-    return at_pole(t[0]) + at_pole(t[1]) + at_pole(t[2]) > 1;
-  }));
 }
 
 /// Seen along the ellipsoid's normal at each corner every triangle is the right way up, but for those within a pole's own row of
@@ -239,8 +251,9 @@ std::optional<CheckedTile> check_tile(const TileBytes& bytes, Findings& findings
   *drc = in_mesh_steps(std::move(*drc));
   check_triangles(*drc, where, findings);
   if (!finite(*glb)) findings.add(where, "its .glb has a coordinate that is no number");
-  const std::size_t lines = lines_at_pole(*drc, bytes),
-                    shown = lines < drc->triangles.size() ? drc->triangles.size() - lines : lines;
+  const std::vector<bool> at_pole = lines_at_pole(*drc, bytes);
+  const auto lines = static_cast<std::size_t>(std::count(at_pole.begin(), at_pole.end(), true));
+  const std::size_t shown = lines < drc->triangles.size() ? drc->triangles.size() - lines : lines;
   if (glb->triangles.size() != shown) findings.add(where, "its .glb has another number of triangles than its .drc");
   check_orientation(*glb, bytes.tile, findings);
   if (bytes.record != nullptr) {

@@ -5,6 +5,7 @@
 
 #include "pipeline/check/check.h"
 #include "server/cli/commands.h"
+#include "server/cli/path_kind.h"
 #include "server/cli/sources.h"
 #include "server/data/layout.h"
 #include "server/datasets/registry.h"
@@ -57,6 +58,9 @@ OpenRasters rasters_of(const std::vector<std::string>& sources) {
 
 proto::Result<Report> check_one(const fs::path& path, const OpenRasters& rasters) {
   std::error_code error;
+  if (path_kind(path.string()) == PathKind::raster)
+    return proto::Problem{"store-unknown", path.string() + " is no dataset",
+                          "the .sqlite file of a dataset, a folder of tiles, or the data folder of a server", "path"};
   if (!fs::is_directory(path, error)) return pipeline::check::check_store(path.string(), rasters);
   if (fs::exists(path / kStoreFile, error)) return pipeline::check::check_store((path / kStoreFile).string(), rasters);
   return pipeline::check::check_folder(path.string(), rasters);

@@ -179,6 +179,12 @@ TEST_F(Program, QuietSaysNothingButProblems) {
   EXPECT_THAT(shell(build("-q --dry-run --max-level 10")).output, HasSubstr("nothing was built"));
 }
 
+TEST_F(Program, CheckSaysWhatItTakesOfAFileThatIsNoDataset) {
+  const Ended refused = shell(kProgram + " check " + raster_);
+  EXPECT_EQ(refused.code, 1) << refused.output;
+  EXPECT_THAT(refused.output, HasSubstr("is no dataset; accepted: the .sqlite file of a dataset"));
+}
+
 TEST_F(Program, ASecondServerIsRefusedThePortAndTheFolder) {
   start_server();
   const std::string address = server_.base().substr(7), data = (folder_.path() / "data").string();

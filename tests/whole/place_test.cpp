@@ -146,6 +146,21 @@ TEST(place, a_plate_up_to_a_pole) {
   EXPECT_THAT(judge(build_dem(dem, with_error(60)), {20000, 0}), IsEmpty());
 }
 
+/// A triangle with two corners at the pole is a line in space. Beside voids a vertex may have no other, and then the .glb has
+/// none.
+TEST(place, voids_up_to_a_pole) {
+  Dem dem;
+  dem.columns = 720, dem.rows = 8;
+  dem.geotransform = {-180, 0.5, 0, 90, 0, -0.5};
+  dem.height = [](int c, int r) {
+    const int scattered = (c * 37 + r * 101) * 7919 % 97;
+    return scattered < (r == 0 ? 20 : 48) ? kNoData : 300 * std::sin(c / 9.0) * r / 8 + 50 * std::cos(r / 3.0);
+  };
+  proto::BuildOptions options = with_error(600);
+  options.set_voids("hole");
+  sound(dem, options, Folder(), 1);
+}
+
 INSTANTIATE_TEST_SUITE_P(place, Pole,
                          testing::Combine(testing::Values("EPSG:3413", "EPSG:3031"), testing::Values("waves", "exact")));
 
