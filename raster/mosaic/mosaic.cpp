@@ -49,6 +49,11 @@ Window hull(std::vector<Window> windows, std::int64_t circle) {
   return all;
 }
 
+Window widened(const Window& w, std::int64_t by) { return {w.west - by, w.south - by, w.east + by, w.north + by}; }
+
+/// Its window ends at the outermost centres, and data may reach to those of the next raster.
+bool is_of_points(const proto::Source& source) { return source.pixel() == "point"; }
+
 class Mosaic final : public Source {
  public:
   Mosaic(std::vector<MosaicMember> members, double feather_m) : members_(std::move(members)), feather_m_(feather_m) {
@@ -160,7 +165,10 @@ class Mosaic final : public Source {
   std::vector<std::size_t> under(const Window& window, const proto::Lattice& lattice) const {
     std::vector<std::size_t> found;
     for (std::size_t k = 0; k < members_.size(); ++k) {
-      if (touch(coarser(members_[k].window, lattice), window, lattice)) found.push_back(k);
+      Window own = coarser(members_[k].window, lattice);
+      if (members_.size() > 1 && is_of_points(members_[k].description))
+        own = widened(own, reach_beyond(members_[k].description, lattice));
+      if (touch(own, window, lattice)) found.push_back(k);
     }
     return found;
   }
@@ -197,7 +205,7 @@ class Mosaic final : public Source {
                                : open_source(m.path, m.name, m.trust, m.options);
     if (!source.ok()) return source.problem();
     const Opened kept(&dynamic_cast<RasterSource&>(*source->release()));  // what these give
-    if (members_.size() > 1 && m.description.pixel() == "area")
+    if (members_.size() > 1)
       kept->set_beyond([this, member, all = kept->all_pixels()](const PixelWindow& window, std::vector<double>& heights) {
         return read_beyond(member, all, window, heights);
       });
@@ -211,8 +219,7 @@ class Mosaic final : public Source {
     if (known != neighbours_.end()) return known->second;
     constexpr std::int64_t kBeside = 2;
     const proto::Source& own = members_[member].description;
-    const Window& w = members_[member].window;
-    const Window wide{w.west - kBeside, w.south - kBeside, w.east + kBeside, w.north + kBeside};
+    const Window wide = widened(members_[member].window, kBeside + (is_of_points(own) ? reach_beyond(own, kMemberLattice) : 0));
     std::vector<GridNeighbour> found;
     for (std::size_t k = 0; k < members_.size(); ++k) {
       if (k == member || !may_share_grid(own, members_[k].description) || !touch(members_[k].window, wide, kMemberLattice))
@@ -241,7 +248,6 @@ class Mosaic final : public Source {
 
   /// Whether a member's heights are interpolated to a pixel of another: both are of one grid, and it has none there itself.
   proto::Result<bool> reads_across(std::size_t member, std::size_t other, Place pixel) {
-    if (members_[member].description.pixel() != "area") return false;
     const auto neighbours = neighbours_of(member);
     if (!neighbours.ok()) return neighbours.problem();
     if (std::none_of(neighbours->begin(), neighbours->end(), [&](const GridNeighbour& next) { return next.member == other; }))
@@ -338,13 +344,13 @@ int feather_vertices(double feather_m, const proto::Lattice& lattice) {
 }
 
 std::int64_t reach_beyond(const proto::Source& source, const proto::Lattice& lattice) {
-  if (source.pixel() != "area") return 0;
   const double cell_m = proto::cell_height_m(lattice, lattice.rows() / 2);
   const double poleward = std::max(std::abs(source.bbox(1)), std::abs(source.bbox(3))) / 180 * std::numbers::pi;
   const double cell_width_m = cell_m * std::max(std::cos(poleward), 0.01);
-  // Two pixels where the kernel is as wide as they are; where it is wider, about two cells.
+  // Two pixels where the kernel is as wide as they are; where it is wider, about two cells. From points it is one more to the
+  // next.
   const double cells_a_pixel = std::max({source.pixel_width_m() / cell_width_m, source.pixel_height_m() / cell_m, 1.0});
-  return static_cast<std::int64_t>(std::ceil(2 * cells_a_pixel)) + 1;
+  return static_cast<std::int64_t>(std::ceil((is_of_points(source) ? 3 : 2) * cells_a_pixel)) + 1;
 }
 
 proto::Result<MosaicMember> examine(const std::string& path, const std::string& name, Trust trust,

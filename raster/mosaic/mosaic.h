@@ -34,11 +34,11 @@ Source::Window coarser(const Source::Window& window, const proto::Lattice& latti
 /// Whether two windows of a lattice share a vertex; columns are taken modulo the circle.
 bool touch(const Source::Window& a, const Source::Window& b, const proto::Lattice& lattice);
 
-/// Members that were cut from one grid (pixels that are areas, the same CRS, vertical datum and size) are interpolated across
-/// their common sides as if they were one raster. feather_m: the width over which a raster gives way to those below it, towards
-/// its rims and voids; 0: it ends in a step. Heights are blended in whole steps, and a vertex's height depends on nothing but the
-/// members around it, or around the pole that it is. Members are opened when their place is asked for, the last few are kept
-/// open. At least one member; not thread-safe, as every Source.
+/// Members that were cut from one grid (the same CRS, vertical datum, kind and size of pixels) are interpolated across their
+/// common sides, and between their outermost points, as if they were one raster. feather_m: the width over which a raster gives
+/// way to those below it, towards its rims and voids; 0: it ends in a step. Heights are blended in whole steps, and a vertex's
+/// height depends on nothing but the members around it, or around the pole that it is. Members are opened when their place is
+/// asked for, the last few are kept open. At least one member; not thread-safe, as every Source.
 std::unique_ptr<Source> make_mosaic(std::vector<MosaicMember> members, double feather_m);
 
 /// How many vertices of the lattice away the pixels of a member may change a height of another: where both were cut from one

@@ -13,6 +13,7 @@
 #include "raster/gdal/formats.h"
 #include "raster/gdal/gdal_scope.h"
 #include "raster/open/at_hand.h"
+#include "raster/open/text_grid.h"
 #include "raster/open/whole_file.h"
 #include "raster/storage/ranged_file.h"
 
@@ -161,6 +162,20 @@ Problem not_opened(const AtHand& raster, const std::string& message) {
           accepted_formats(raster.file), ""};
 }
 
+/// Of a text grid: a grid of whole numbers that has nan or inf is read as one of fractions, where GDAL knows them.
+proto::Result<void> read_words(Dataset& dataset, const std::string& place) {
+  static constexpr const char *kGrid[] = {"AAIGrid", nullptr}, *kFractions[] = {"DATATYPE=Float64", nullptr};
+  if (dataset.driver != kGrid[0]) return {};
+  const auto not_finite = has_not_finite(dataset.path, dataset.name);
+  if (!not_finite) return not_finite.problem();
+  const GDALRasterBand* const band = dataset.handle->GetRasterBand(1);
+  if (!*not_finite || band == nullptr || !GDALDataTypeIsInteger(const_cast<GDALRasterBand*>(band)->GetRasterDataType()))
+    return {};
+  dataset.handle.reset(GDALDataset::Open(place.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, kGrid, kFractions, nullptr));
+  if (dataset.handle) return {};
+  return Problem{"raster-unreadable", dataset.name + " cannot be opened a second time", "a file that stays as it is", ""};
+}
+
 /// Opens what is at hand. Drivers read names and look for sidecars: a posted file gets a folder of its own with one link, for as
 /// long as it is looked at by its name.
 proto::Result<void> open_at_hand(Dataset& dataset, const AtHand& raster, const std::string& band,
@@ -187,6 +202,7 @@ proto::Result<void> open_at_hand(Dataset& dataset, const AtHand& raster, const s
     return Problem{"raster-truncated", dataset.name + " is incomplete: " + scope.message(dataset.path, dataset.name),
                    "a complete file", ""};
   if (auto whole = check_length(dataset); !whole.ok()) return whole;
+  if (auto read = read_words(dataset, place); !read.ok()) return read;
   if (auto chosen = choose_raster(dataset, band); !chosen.ok()) return chosen;
   return check_axes(dataset);
 }

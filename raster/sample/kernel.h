@@ -11,6 +11,7 @@ struct KernelFrame {
   int columns = 0, rows = 0;
   int period = 0;                   ///< columns around the earth, 0: none
   bool point = false;               ///< pixels are points: data reaches from centre to centre; else their areas are covered
+  bool goes_on = false;             ///< with others' pixels beyond the outermost: points then reach to those
   double ratio_x = 1, ratio_y = 1;  ///< half width of the triangle in pixels, >= 1
 };
 
@@ -64,7 +65,8 @@ class Kernel {
 
  private:
   double bilinear(const PixelPosition& place, const PixelBlock& block) const;
-  double rim() const { return frame_.point ? 0 : 0.5; }  ///< how far data reaches beyond the outermost centres
+  /// How far data may reach beyond the outermost centres.
+  double rim() const { return !frame_.point ? 0.5 : frame_.goes_on ? 1 : 0; }
   KernelFrame frame_;
   bool reduces_;
 };

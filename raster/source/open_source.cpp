@@ -48,7 +48,9 @@ proto::Result<HeightRule> height_rule(const Dataset& dataset, const Crs& crs, co
 /// Where data can lie, in pixel coordinates, and on the earth.
 proto::Result<Footprint> place_on_earth(SourceParts& parts, const Crs& crs) {
   const Dataset& d = parts.dataset;
-  parts.point = d.pixel_is_point && d.columns > 1 && d.rows > 1;  // a line of points has no area: then each stands for its pixel
+  // A line of points has no area: then each stands for its pixel. So does each of few that are read in place of all, whose
+  // centres end far inside the raster: between rasters that meet there would be a gap.
+  parts.point = d.pixel_is_point && d.columns > 1 && d.rows > 1 && d.pixels == nullptr;
   const double rim = parts.point ? 0.5 : 0;
   const Footprint f = footprint(*parts.placement, {rim, rim, d.columns - rim, d.rows - rim});
   if (!(f.safe.north_deg > f.safe.south_deg))

@@ -86,10 +86,21 @@ bool RasterSource::empty(const proto::Lattice& lattice, std::int64_t west, std::
                                  static_cast<int>(std::ceil(high_y + margin) - static_cast<double>(y0))});
 }
 
+void RasterSource::set_beyond(Beyond beyond) {
+  beyond_ = std::move(beyond);
+  frame_.reset();
+  if (!parts_.point || parts_.full_circle) return;
+  // Up to the next points. There is data only where somebody has them, for a cell of points needs all of its corners.
+  const Footprint wide = footprint(*parts_.placement, {-0.5, -0.5, parts_.dataset.columns + 0.5, parts_.dataset.rows + 0.5});
+  if (wide.full_circle) return;
+  const auto& box = parts_.options.bbox;
+  parts_.area = box ? intersect(wide.safe, *box).value_or(parts_.area) : wide.safe;
+}
+
 const KernelFrame& RasterSource::frame_for(const proto::Lattice& lattice) {
   if (frame_ && frame_level_ == lattice.finest_level) return *frame_;
   const Dataset& d = parts_.dataset;
-  KernelFrame frame{d.columns, d.rows, parts_.placement->period_px(), parts_.point, 1, 1};
+  KernelFrame frame{d.columns, d.rows, parts_.placement->period_px(), parts_.point, beyond_ != nullptr, 1, 1};
   const auto widened = [](double span_px) { return span_px > 1.001 ? std::min(span_px, 1e6) : 1.0; };
   const CellSpan span = cell_span(*parts_.placement, d.columns, d.rows, lattice);
   frame.ratio_x = widened(span.x_px);

@@ -60,9 +60,9 @@ class RasterSource : public Source {
     return pixels_.read(window, heights);
   }
   /// Fills pixels of the window that lie beyond the raster's sides, where others of the same grid have them. The raster's
-  /// outermost half pixels are then interpolated to these. It reaches no farther than before.
+  /// outermost half pixels are then interpolated to these. It reaches no farther than before; one of points does, up to theirs.
   using Beyond = std::function<proto::Result<void>(const PixelWindow& window, std::vector<double>& heights)>;
-  void set_beyond(Beyond beyond) { beyond_ = std::move(beyond); }
+  void set_beyond(Beyond beyond);
 
  private:
   /// A rectangle of the samples asked for.

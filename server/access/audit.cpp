@@ -1,6 +1,7 @@
 #include "server/access/audit.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cstring>
@@ -21,6 +22,19 @@ std::optional<proto::Problem> refuse_audit_log(const std::filesystem::path& file
                         "a file in a folder that can be written", "--audit-log"};
 }
 
+namespace {
+
+/// Half a line at the end, lest the next one is glued to it. What another process has written behind it stays, and so does the
+/// half.
+void take_back(int file, ssize_t bytes) {
+  const off_t end = ::lseek(file, 0, SEEK_CUR);
+  struct stat now {};
+  if (end >= bytes && ::fstat(file, &now) == 0 && now.st_size == end && ::ftruncate(file, end - bytes) == 0) return;
+  log_warning("the audit log has half a line");
+}
+
+}  // namespace
+
 void Audit::note(const AuditEntry& entry) {
   Json json;
   json["time"] = now_text();
@@ -37,8 +51,12 @@ void Audit::note(const AuditEntry& entry) {
   const std::lock_guard lock(mutex_);
   const int file = ::open(file_.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0640);
   // One write: lines of two processes do not mix.
-  const bool written = file >= 0 && ::write(file, line.data(), line.size()) == static_cast<ssize_t>(line.size());
-  if (!written) log_warning("the audit log cannot be written: " + std::string(strerror(errno)), {{"line", line}});
+  const ssize_t bytes = file < 0 ? -1 : ::write(file, line.data(), line.size());
+  const bool written = bytes == static_cast<ssize_t>(line.size());
+  if (!written)
+    log_warning("the audit log cannot be written: " + std::string(bytes < 0 ? strerror(errno) : "the disk is full"),
+                {{"line", line}});
+  if (bytes > 0 && !written) take_back(file, bytes);
   if (file >= 0) ::close(file);
 }
 

@@ -1,6 +1,7 @@
 // PATCH /v1/datasets/{id}: what of a dataset may change without a build: its title, its attribution, its imagery, and who may
 // read it. And build=full, after which what a lazy build has not made is made.
 #include <algorithm>
+#include <mutex>
 
 #include "server/api/api.h"
 #include "server/api/api_updates.h"
@@ -17,6 +18,8 @@ using proto::Problem;
 constexpr const char* kDescribable =
     "title, attribution, imagery, private and build, as JSON, in the query or as curl -d sends them";
 
+std::mutex g_describing;
+
 }  // namespace
 
 Response describe_dataset(Service& service, const Request& request, const Dataset& dataset) {
@@ -32,21 +35,26 @@ Response describe_dataset(Service& service, const Request& request, const Datase
                         : with_json_as_query(request);
   if (fields && plain && plain->read_body) plain = with_json_as_query(*plain);
   if (!plain) return problem_response(plain.problem());
-  Dataset changed = dataset;
   if (plain->query.empty()) return problem_response({"option-invalid", "nothing is to change", kDescribable, ""});
+  // As it is by now: while the body came, another request may have changed it. One at a time, so that none is undone by the next.
+  const std::lock_guard alone(g_describing);
+  const Row before = service.registry().find(dataset.id);
+  if (!before) return problem_response(unknown_to(request, dataset.id));  // deleted meanwhile
+  Dataset changed = *before;
   const TableWords words{.what = "a dataset's", .of = " does not change without a build", .accepted = kDescribable};
   if (auto wrong = read_options(description_words(), plain->query, words, changed)) return problem_response(*wrong);
   if (auto refused = changed.is_private ? service.gate().refuse_private() : std::nullopt) return problem_response(*refused);
-  (void)service.live().note_read(dataset, sender(request));  // one that is asleep could not be built
+  (void)service.live().note_read(*before, sender(request));  // one that is asleep could not be built
+  // First beside the tiles: a registry that is lost then knows no less of who may read them.
+  if (const auto written = write_record(service.layout().dataset(dataset.id), changed); !written)
+    return problem_response(written.problem());
   service.registry().describe(dataset.id, changed.options, changed.is_private);
   const Row now = service.registry().find(dataset.id);
-  if (!now) return problem_response(unknown_to(request, dataset.id));  // deleted meanwhile
-  if (!write_record(service.layout().dataset(dataset.id), *now))
-    log_warning("dataset " + dataset.id + ": " + kRecordFile + " cannot be written");
+  if (!now) return problem_response(unknown_to(request, dataset.id));
   service.forget(dataset.id);
   service.hub().touch(dataset.id);
   log_info("dataset " + dataset.id + ": described anew");
-  if (is_lazy(dataset) && !is_lazy(*now) && (now->state == State::running || now->state == State::queued))
+  if (is_lazy(*before) && !is_lazy(*now) && (now->state == State::running || now->state == State::queued))
     service.queue().enqueue(dataset.id, sender(request));
   return status_document(service, request, *now);
 }

@@ -79,6 +79,9 @@ Response elevation(Service& service, const Request& request, const Dataset& data
   const proto::Manifest& manifest = terrain.manifest();
   const auto query = elevation_query(request, static_cast<int>(manifest.min_level()), static_cast<int>(manifest.max_level()));
   if (!query) return problem_response(query.problem());
+  // While a body came, the dataset may have become private, or gone.
+  if (const Row now = service.find(dataset.id); !now || !may_see(request, *now))
+    return problem_response(unknown_to(request, dataset.id));
   const bool sharpens = manifest.provisional() && route.version.empty();
   const auto wait = may_wait(service.settings().serve.limits, request);
   if (sharpens && !wait) return problem_response(wait.problem());

@@ -156,8 +156,12 @@ std::string event_text(const std::string& name, const Json& data) {
 /// One client's stream: what it has seen, and whether it has seen the end.
 class EventStream {
  public:
-  EventStream(Service& service, std::string id, std::string path, Token token)
-      : service_(service), id_(std::move(id)), path_(std::move(path)), token_(std::move(token)) {}
+  EventStream(Service& service, const Request& request, std::string id, Token token)
+      : service_(service),
+        id_(std::move(id)),
+        path_(public_path(request, id_)),
+        asks_{.method = request.method, .headers = request.headers, .client = request.client},
+        token_(std::move(token)) {}
 
   /// Empty: nothing new.
   std::optional<std::string> next() {
@@ -169,11 +173,11 @@ class EventStream {
     const bool same = started_ && now.version == seen_ && place == place_;
     if (same && !silent) return "";
     said_ = std::chrono::steady_clock::now();
-    if (same && service_.find(id_)) return ": waiting\n\n";
+    if (same && visible()) return ": waiting\n\n";
     started_ = true;
     seen_ = now.version;
     place_ = service_.queue().place(id_);
-    const auto dataset = service_.find(id_);
+    const Row dataset = visible();
     const std::string tiles = dataset ? new_tiles(*dataset) : "";
     const bool changing = dataset && dataset->state == State::ready && updates::is_busy(service_.ledger(), id_);
     ended_ = !dataset || (dataset->state == State::ready && !changing) || dataset->state == State::failed;
@@ -187,6 +191,15 @@ class EventStream {
   }
 
  private:
+  /// The dataset; null: there is none any more, or it is not for this client, whose token may be gone since the stream began.
+  Row visible() {
+    const Row dataset = service_.find(id_);
+    const auto who = service_.gate().identify(asks_);
+    if (!dataset || !who) return nullptr;
+    asks_.who = *who;
+    return may_see(asks_, *dataset) ? dataset : nullptr;
+  }
+
   /// Where there is something else to be read than this client knows of.
   std::string new_tiles(const Dataset& dataset) {
     std::shared_ptr<const pipeline::faces::Terrain> terrain;
@@ -200,6 +213,7 @@ class EventStream {
 
   Service& service_;
   std::string id_, path_;
+  Request asks_;  ///< without a body: who it is
   Token token_;
   std::uint64_t seen_ = 0;
   std::optional<std::size_t> place_;              ///< that was told
@@ -314,7 +328,7 @@ Response event_stream(Service& service, const Request& request, const Dataset& d
   response.set("Content-Type", "text/event-stream");
   response.set("Cache-Control", "no-store");
   response.set("X-Accel-Buffering", "no");  // a proxy that collects the stream would defeat it
-  const auto stream = std::make_shared<EventStream>(service, dataset.id, public_path(request, dataset.id), std::move(token));
+  const auto stream = std::make_shared<EventStream>(service, request, dataset.id, std::move(token));
   response.next_piece = [stream] { return stream->next(); };
   return response;
 }

@@ -55,10 +55,11 @@ pipeline::faces::Zooms levels_of(const proto::Manifest& manifest, const pipeline
                   : pipeline::faces::Zooms{static_cast<int>(manifest.min_level()), static_cast<int>(manifest.max_level())};
 }
 
-Response no_tile(const proto::Manifest& manifest, const pipeline::faces::Found& found) {
+Response no_tile(const proto::Manifest& manifest, const pipeline::faces::Found& found, const Route& route) {
   if (found.resource->absent == pipeline::faces::Absent::no_content) {
     Response nothing;
     nothing.status = 204;
+    nothing.set("Cache-Control", cache_control(route));
     return nothing;
   }
   const auto& [root, z, x, y, ramp, interval, normals] = found.place;
@@ -138,11 +139,11 @@ Response face(const pipeline::faces::Terrain& terrain, const Request& request, c
   wanted.varies = found.resource->compression == pipeline::faces::Compression::gzip;
   wanted.compressed = wanted.varies && accepts_gzip(request);
   const auto start = std::chrono::steady_clock::now();
-  if (!pipeline::faces::inside(found.resource->grid, found.place)) return no_tile(terrain.manifest(), found);
+  if (!pipeline::faces::inside(found.resource->grid, found.place)) return no_tile(terrain.manifest(), found, route);
   if (auto unchanged = unread(terrain, request, route, wanted)) return std::move(*unchanged);
   auto made = found.resource->make(terrain, found.place);
   if (!made) return problem_response(made.problem());
-  if (!*made) return no_tile(terrain.manifest(), found);
+  if (!*made) return no_tile(terrain.manifest(), found, route);
   const pipeline::faces::Document document = wanted.compressed ? gzipped(terrain, **made) : **made;
   const bool is_tile = found.resource->grid != pipeline::faces::Grid::none;
   if (is_tile && found.resource->tag == nullptr) terrain.note_tag(wanted.name(), document.etag);
@@ -310,7 +311,7 @@ Response published_folder(Service& service, const Dataset& dataset, const Route&
   std::error_code error;
   const bool has_format =
       of_face && std::filesystem::exists(std::filesystem::path(folder) / route.path.substr(0, route.path.find('/')), error);
-  if (has_format && route.found.resource->grid != pipeline::faces::Grid::none) return no_tile(*manifest, route.found);
+  if (has_format && route.found.resource->grid != pipeline::faces::Grid::none) return no_tile(*manifest, route.found, route);
   return problem_response(service.library().open(dataset.id).problem());
 }
 

@@ -12,7 +12,7 @@
 namespace cordillera::server {
 
 inline constexpr const char* kRecordFile =
-    "dataset.json";  ///< the row but for its state; written before the folder gets its name, never again
+    "dataset.json";  ///< the row but for its state; written before the folder gets its name, and before the row changes
 inline constexpr const char* kDeletedFile =
     "deleted.json";  ///< the same of a dataset that was deleted: without a row it is no lost one
 

@@ -3,12 +3,15 @@
 #include <algorithm>
 
 #include "proto/letters.h"
+#include "proto/utf8.h"
 #include "raster/storage/storage.h"
 #include "server/http/percent.h"
 #include "server/options/option_values.h"
 
 namespace cordillera::server::updates {
 namespace {
+
+constexpr std::size_t kMostOfAddress = 300;  // bytes, in a message
 
 using proto::Problem;
 
@@ -155,7 +158,7 @@ proto::Result<void> check_address(const ServeSettings& settings, const std::stri
     return forbidden("this service fetches no rasters; cordillera serve --source-allow says from where one may");
   const bool known = address.starts_with("https://") || address.starts_with("http://") || is_object(address);
   if (!known || is_crooked(address) || !has_prefix(settings, address))
-    return forbidden("the operator does not allow fetching from " + without_query(address).substr(0, 300));
+    return forbidden("the operator does not allow fetching from " + proto::shown_text(without_query(address), kMostOfAddress));
   return {};
 }
 
@@ -167,8 +170,8 @@ proto::Result<std::string> led_to(const ServeSettings& settings, const std::stri
 }
 
 Problem unreachable(const std::string& address, const std::string& why) {
-  return {"source-unreachable", without_query(address) + " cannot be fetched: " + why, "an address that answers with the raster",
-          "source"};
+  return {"source-unreachable", proto::shown_text(without_query(address), kMostOfAddress) + " cannot be fetched: " + why,
+          "an address that answers with the raster", "source"};
 }
 
 }  // namespace cordillera::server::updates

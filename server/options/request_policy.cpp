@@ -5,6 +5,8 @@
 
 #include "gpu/simplify.h"
 #include "pipeline/plan/plan.h"
+#include "proto/cores.h"
+#include "server/memory/memory_limit.h"
 
 namespace cordillera::server {
 namespace {
@@ -43,9 +45,9 @@ std::optional<proto::Problem> check_water_mask(const Settings& server, const pro
                         "water_mask"};
 }
 
-std::uint32_t within(std::uint32_t wanted, std::uint32_t most) {
-  if (most == 0) return wanted;
-  return wanted == 0 ? most : std::min(wanted, most);
+/// most: what the operator gives a build; 0: usual, which is what it takes where nobody asks for more.
+std::uint32_t within(std::uint32_t wanted, std::uint32_t most, std::uint32_t usual) {
+  return wanted == 0 ? most : std::min(wanted, most == 0 ? usual : most);
 }
 
 }  // namespace
@@ -59,8 +61,8 @@ std::optional<proto::Problem> apply_policy(const Settings& server, proto::BuildO
   if (auto refused = gpu::check_strategy(pipeline::named_strategy(options), options.device())) return refused;
   if (auto refused = check_crs(options)) return refused;
   if (auto refused = check_water_mask(server, options)) return refused;
-  options.set_threads(within(options.threads(), server.build.threads()));
-  options.set_memory(within(options.memory(), server.build.memory()));
+  options.set_threads(within(options.threads(), server.build.threads(), proto::usable_cores()));
+  options.set_memory(within(options.memory(), server.build.memory(), default_memory_mib(options)));
   return check_datum(options);
 }
 

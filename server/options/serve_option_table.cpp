@@ -66,7 +66,13 @@ Complaint apply_source_allow(std::string_view text, Settings& settings) {
   const Complaint complaint = each_of_list(text, [&](const std::string& one) -> Complaint {
     const std::size_t slashes = one.find("://");
     if (slashes == one.npos) return one + " names no scheme such as https://";
-    if (one.find('/', slashes + 3) == one.npos) return one + " has no / behind its host or bucket";
+    const std::size_t path = one.find('/', slashes + 3);
+    if (path == one.npos) return one + " has no / behind its host or bucket";
+    // No address that begins so is ever fetched. The beginnings are told to whoever names another address.
+    if (one.substr(0, path).find('@') != one.npos)
+      return one.substr(0, slashes + 3) + "… has a user's name in front of its host: addresses with one are not fetched";
+    if (one.find("/./") != one.npos || one.find("/../") != one.npos)
+      return one + " has a . or .. in its path, which no address that is fetched has";
     prefixes.push_back(one);
     return std::nullopt;
   });
@@ -123,7 +129,8 @@ std::vector<OptionSpec> make_serve_options() {
       number("keep-versions", "N", "earlier versions that are kept of a dataset whose rasters change", {0, 100},
              &ServeSettings::keep_versions),
       {"source-allow", "PREFIXES", "addresses that the service may fetch rasters from (source=); without it none",
-       "beginnings of http://, https:// or s3:// addresses with a / behind the host, separated by commas", apply_source_allow},
+       "beginnings of http://, https:// or s3:// addresses with a / behind the host and no user's name, separated by commas",
+       apply_source_allow},
       number("live-fresh", "SECONDS",
              "how long a raster that /v1/live has fetched counts as the same before its address is asked again", {0, 86400},
              &ServeSettings::live_fresh_seconds),

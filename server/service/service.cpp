@@ -44,8 +44,16 @@ void put_in_order(const Layout& layout, Registry& registry, updates::Ledger& led
     else if (built)
       keep_store_alone(folder);
     std::error_code error;
-    if (!fs::exists(folder, error) || fs::exists(folder / kRecordFile, error)) continue;
-    if (!write_record(folder, *row)) log_warning("dataset " + row->id + ": " + kRecordFile + " cannot be written");
+    if (!fs::exists(folder, error)) continue;
+    if (!fs::exists(folder / kRecordFile, error)) {
+      if (!write_record(folder, *row)) log_warning("dataset " + row->id + ": " + kRecordFile + " cannot be written");
+      continue;
+    }
+    // The record is written first. What the registry has lost since then may not open a dataset to everybody.
+    const auto record = read_record(folder);
+    if (!record || !record->is_private || row->is_private) continue;
+    log_warning("dataset " + row->id + " is private, though the registry says otherwise");
+    registry.describe(row->id, row->options, true);
   }
 }
 

@@ -160,9 +160,10 @@ std::vector<std::array<std::int64_t, 3>> sorted_pixels(raster::Source& source, i
 
 TEST_F(Mosaic, rasters_of_one_grid_are_interpolated_across_their_sides) {
   const auto slope = [](int c, int r) { return 10.0 * c + std::fmod(r * 37.0, 50.0) + std::fmod(c * 13.0, 31.0); };
-  for (const int finer : {0, 2}) {  // pixels of one and of four cells
-    const auto piece = [&](const std::string& name, int column, int row, int columns, int rows) {
+  for (const auto [finer, point] : {std::pair(0, false), {2, false}, {0, true}, {2, true}}) {  // pixels of one and of four cells
+    const auto piece = [&, finer = finer, point = point](const std::string& name, int column, int row, int columns, int rows) {
       Spec spec;
+      spec.point = point;
       spec.columns = columns, spec.rows = rows;
       spec.geotransform = cells_of(kLevel - finer, kWest / (1 << finer) + column, kNorth / (1 << finer) - row);
       spec.value = [&slope, column, row](int c, int r) { return slope(c + column, r + row); };
@@ -170,7 +171,7 @@ TEST_F(Mosaic, rasters_of_one_grid_are_interpolated_across_their_sides) {
       EXPECT_TRUE(member.ok()) << member.problem().line();
       return *member;
     };
-    const std::string k = std::to_string(finer);
+    const std::string k = std::to_string(finer) + (point ? "p" : "");
     const auto whole_grid = must_open(piece("whole" + k + ".tif", 0, 0, 60, 40).path);
     const auto pieces = raster::make_mosaic({piece("a" + k + ".tif", 0, 0, 25, 17), piece("b" + k + ".tif", 25, 0, 35, 17),
                                              piece("c" + k + ".tif", 0, 17, 25, 23), piece("d" + k + ".tif", 25, 17, 35, 23)},

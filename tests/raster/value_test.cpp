@@ -46,6 +46,31 @@ TEST_F(Value, EveryTypeIsRead) {
   EXPECT_EQ(problem_type(write(aligned("CFloat32"))), "raster-type");
 }
 
+TEST_F(Value, InATextGridOfWholeNumbersNanAndInfinityAreNoHeights) {
+  const auto grid = [](const std::string& word) {
+    std::string text = "ncols 4\nnrows 4\nxllcorner 10\nyllcorner 45\ncellsize 0.01\nnodata_value nan\n";
+    for (int k = 0; k < 16; ++k) text += (k == 5 ? word : std::to_string(100 + k)) + (k % 4 == 3 ? "\n" : " ");
+    return text;
+  };
+  proto::BuildOptions options = plain_options();
+  options.set_crs("EPSG:4326");
+  for (const char* word : {"nan", "-inf", "NaN", "Infinity", "1.#QNAN"}) {
+    const auto source = open(write_text(grid(word), std::string("grid") + word + ".asc"), options);
+    ASSERT_TRUE(source.ok()) << word << source.problem().line();
+    const double at[] = {10.015, 10.025}, north[] = {45.025, 45.025};
+    double height_m[2] = {};
+    ASSERT_TRUE((*source)->nearest(at, north, height_m).ok());
+    EXPECT_TRUE(std::isnan(height_m[0])) << word << " is read as " << height_m[0];
+    EXPECT_EQ(height_m[1], 106) << word;
+  }
+  for (const char* word : {"abc", "12m", "n/a", "#N/A"}) {
+    const auto refused = open(write_text(grid(word), "words.asc"), options);
+    ASSERT_FALSE(refused.ok()) << word;
+    EXPECT_EQ(refused.problem().type, "raster-unreadable");
+    EXPECT_THAT(refused.problem().detail, testing::HasSubstr("\"" + std::string(word) + "\" in line 8"));
+  }
+}
+
 TEST_F(Value, AColourTableIsNoHeights) {
   const std::string file = write(aligned("Byte"));
   ASSERT_EQ(problem_type(file), "");

@@ -6,9 +6,12 @@
 #include <future>
 
 #include "fixture.h"
+#include "proto/cores.h"
 #include "server/access/tokens.h"
 #include "server/jobs/spare_disk.h"
 #include "server/limits/disk.h"
+#include "server/memory/memory_limit.h"
+#include "server/options/request_policy.h"
 
 namespace cordillera::server {
 namespace {
@@ -50,6 +53,23 @@ Response post_from(TestService& test, const std::string& client, const std::map<
   request.headers.emplace("content-length", "4");
   request.read_body = [](const Request::Sink& sink) { return sink("GOOD"); };
   return test.api().handle(request);
+}
+
+TEST(Limits, WhoPostsAsksForNoMoreThanABuildTakesByItself) {
+  proto::BuildOptions greedy;
+  greedy.set_threads(1024), greedy.set_memory(1 << 24);
+  ASSERT_FALSE(apply_policy(Settings(), greedy));
+  EXPECT_EQ(greedy.threads(), proto::usable_cores());
+  EXPECT_EQ(greedy.memory(), default_memory_mib(greedy));
+  Settings server;
+  server.build.set_threads(3), server.build.set_memory(9000);
+  greedy.set_threads(1024), greedy.set_memory(1 << 24);
+  ASSERT_FALSE(apply_policy(server, greedy));
+  EXPECT_EQ(greedy.threads(), 3u);
+  EXPECT_EQ(greedy.memory(), 9000u);
+  proto::BuildOptions modest;
+  ASSERT_FALSE(apply_policy(Settings(), modest));
+  EXPECT_EQ(modest.threads(), 0u) << "as many as there are, wherever it is built";
 }
 
 TEST(Limits, UploadsOfOneClient) {

@@ -137,6 +137,25 @@ TEST_F(LostRegistry, WithoutItsLogItHasAllThatWasAccepted) {
   EXPECT_FALSE(fs::exists(layout().orphans()));
 }
 
+TEST_F(LostRegistry, WithoutItsLogWhatBecamePrivateStaysSo) {
+  const std::string id = post();
+  test_.stop();  // what is written now is in the file itself
+  test_.start();
+  keep_file_alone(aside());
+  Request request;
+  request.method = "PATCH";
+  request.path = "/v1/datasets/" + id;
+  request.query = {{"private", "1"}};
+  request.headers = headers();
+  ASSERT_EQ(test_.api().handle(request).status, 200);
+  test_.stop();
+  EXPECT_FALSE(Registry::read_only(aside().string())->list().front()->is_private) << "the change is in the log alone";
+  put_back(aside());
+  test_.start();
+  EXPECT_EQ(test_.get("/v1/datasets/" + id).status, 404) << "who has no token may read it";
+  EXPECT_TRUE(serves(id));
+}
+
 TEST_F(LostRegistry, WhatAnOlderOneDoesNotKnowIsAdopted) {
   const std::string first = post();
   test_.stop();

@@ -119,7 +119,8 @@ std::string allowed_methods(const Route& route) {
 }
 
 Role role_needed(const std::string& method, const Route& route) {
-  const bool reads = method == "GET" || method == "HEAD" || method == "OPTIONS";
+  if (method == "OPTIONS") return Role::none;  // a browser that asks whether it may shows no token
+  const bool reads = method == "GET" || method == "HEAD";
   const auto answering = [&](std::string_view name) { return route.row == nullptr ? nullptr : route.row->method(name); };
   const RouteMethod* found = answering(reads ? "GET" : std::string_view(method));
   if (found == nullptr && !reads) found = answering("POST");

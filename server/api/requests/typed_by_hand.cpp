@@ -168,6 +168,8 @@ proto::Result<Request> with_json_as_query(const Request& request) {
   } catch (const Json::parse_error& error) {
     return not_json(text.empty() ? "the body is empty"
                                  : "the body is no JSON from its byte " + std::to_string(error.byte) + " on");
+  } catch (const Json::out_of_range&) {
+    return not_json("the body has a number that is greater than any that a program can hold");
   }
 }
 

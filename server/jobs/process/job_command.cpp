@@ -38,7 +38,7 @@ namespace cordillera::server {
 namespace {
 
 constexpr rlim_t kMiB = rlim_t{1} << 20;
-constexpr rlim_t kMostFiles = 512;
+constexpr rlim_t kMostFiles = 512, kFilesOfThread = 4;  // a raster, its grids
 constexpr rlim_t kThreadsBeside =
     2;  // one gives the others their work, one cuts the last level into tiles. The clock on the wall is to end a build first
 
@@ -54,10 +54,10 @@ void limit(__rlimit_resource resource, rlim_t value) {
 bool restrict_process(const proto::Job& job, const std::filesystem::path& folder, proto::BuildOptions& options) {
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_FSIZE, 1024 * 1024 * kMiB);
-  limit(RLIMIT_NOFILE, kMostFiles);
   if (options.memory() == 0) options.set_memory(default_memory_mib(options));
   limit_memory(options);
   const rlim_t threads = options.threads() == 0 ? proto::usable_cores() : options.threads();
+  limit(RLIMIT_NOFILE, kMostFiles + kFilesOfThread * threads);
   if (job.max_seconds() > 0) limit(RLIMIT_CPU, rlim_t{job.max_seconds()} * (threads + kThreadsBeside));
   // If the machine runs out of memory, the kernel should take the build and not the service.
   std::ofstream("/proc/self/oom_score_adj") << 500;

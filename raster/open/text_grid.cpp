@@ -1,0 +1,140 @@
+#include "raster/open/text_grid.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <mutex>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "proto/utf8.h"
+
+namespace cordillera::raster {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kReadAtOnce = 1 << 20, kMostOfWord = 64;
+constexpr std::uint64_t kMostOfKeywords = 2;  // words of a line such as "ncols 20"
+
+/// What was seen of a file.
+struct Words {
+  bool not_finite = false;
+  std::string word;  ///< the first that is no number; empty: none
+  std::uint64_t line = 0;
+};
+
+std::string lower_case(std::string_view word) {
+  std::string lower(word);
+  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return lower;
+}
+
+/// Whether a line of the header begins so.
+bool is_keyword(std::string_view word) {
+  constexpr std::string_view kBeginnings[] = {"ncols", "nrows", "xll", "yll", "cellsize", "dx", "dy", "nodata"};
+  const std::string lower = lower_case(word);
+  return std::any_of(std::begin(kBeginnings), std::end(kBeginnings),
+                     [&](std::string_view begin) { return lower.starts_with(begin); });
+}
+
+bool is_not_finite(std::string_view word) {
+  if (word.starts_with('-') || word.starts_with('+')) word.remove_prefix(1);
+  const std::string lower = lower_case(word);
+  // "1.#INF" and "1.#QNAN" are of Microsoft's library.
+  return lower == "nan" || lower == "inf" || lower == "infinity" || lower.starts_with("nan(") || lower.starts_with("1.#");
+}
+
+class Reader {
+ public:
+  void add(std::string_view piece) {
+    for (const char c : piece) {
+      if (c == ' ' || c == '\t' || c == '\r' || c == '\n') {
+        end_word();
+        if (c == '\n') ++line_, words_on_line_ = 0;
+        continue;
+      }
+      // Of numbers, which are nearly all there is, no letter is looked at twice.
+      is_word_ = is_word_ || (std::isalpha(static_cast<unsigned char>(c)) != 0 && c != 'e' && c != 'E') || c == '#';
+      if (word_.size() < kMostOfWord) word_ += c;
+    }
+  }
+  Words end() {
+    end_word();
+    return seen_;
+  }
+
+ private:
+  void end_word() {
+    if (word_.empty()) return;
+    if (is_word_) look();
+    // "a b c" where the first row should be: GDAL would pass over it.
+    if (++words_on_line_ > kMostOfKeywords && keyword_line_ == line_ && !is_known_ && seen_.word.empty())
+      seen_.word = keyword_, seen_.line = line_;
+    is_word_ = false;
+    word_.clear();
+  }
+  void look() {
+    if (keyword_line_ == line_) return;  // "nodata_value nan"
+    const bool not_finite = is_not_finite(word_);
+    const bool above_values = keyword_line_ + 1 == line_ || line_ == 1;
+    if (above_values && words_on_line_ == 0 && !not_finite) {  // "ncols 20"
+      keyword_line_ = line_;
+      keyword_ = word_;
+      is_known_ = is_keyword(word_);
+      return;
+    }
+    seen_.not_finite = seen_.not_finite || not_finite;
+    if (!not_finite && seen_.word.empty()) seen_.word = word_, seen_.line = line_;
+  }
+
+  Words seen_;
+  std::string word_, keyword_;
+  std::uint64_t line_ = 1, words_on_line_ = 0, keyword_line_ = 0;  ///< the last one that begins with a keyword
+  bool is_word_ = false, is_known_ = false;
+};
+
+Words read_all(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::vector<char> piece(kReadAtOnce);
+  Reader reader;
+  while (file) {
+    file.read(piece.data(), static_cast<std::streamsize>(piece.size()));
+    reader.add({piece.data(), static_cast<std::size_t>(file.gcount())});
+  }
+  return reader.end();
+}
+
+/// The last file that was looked at, and what was seen of it: each thread of a build opens the same one.
+struct Last {
+  std::string path;
+  fs::file_time_type time;
+  std::uintmax_t size = 0;
+  Words words;
+};
+std::mutex g_mutex;
+std::optional<Last> g_last;
+
+}  // namespace
+
+proto::Result<bool> has_not_finite(const std::string& path, const std::string& name) {
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) return false;
+  Last now{path, fs::last_write_time(path, error), fs::file_size(path, error), {}};
+  const std::lock_guard lock(g_mutex);
+  if (!g_last || g_last->path != now.path || g_last->time != now.time || g_last->size != now.size) {
+    now.words = read_all(path);
+    g_last = std::move(now);
+  }
+  const Words& words = g_last->words;
+  if (words.word.empty()) return words.not_finite;
+  return proto::Problem{"raster-unreadable",
+                        name + " has \"" + proto::shown_text(words.word) + "\" in line " + std::to_string(words.line) +
+                            ", where a height should be",
+                        "numbers, and nan or the nodata_value where there is no height", ""};
+}
+
+}  // namespace cordillera::raster
