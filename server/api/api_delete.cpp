@@ -1,21 +1,35 @@
 // DELETE of a dataset.
 #include "server/api/api.h"
 #include "server/datasets/dataset_folder.h"
+#include "server/limits/disk.h"
 #include "server/log/log.h"
 
 namespace cordillera::server {
 namespace {
+
+/// Not even the registry's log can grow.
+bool is_full(const std::filesystem::path& folder) {
+  constexpr std::uint64_t kRoomOfLog = 1 << 20;
+  const auto disk = limits::disk_space(folder);
+  return disk && disk->free < kRoomOfLog;
+}
 
 /// From here on there is no such dataset, and a start that misses its row does not take its folder for a lost one. False: it is
 /// still there.
 bool forget_row(Service& service, const std::string& id) {
   const std::filesystem::path folder = service.layout().dataset(id);
   const bool marked = mark_deleted(folder);
+  const auto remove_row = [&] { service.ledger().apart([&] { service.registry().remove(id); }); };
   try {
-    if (marked) service.ledger().apart([&] { service.registry().remove(id); });
+    if (marked) remove_row();
   } catch (const RegistryError&) {
-    unmark_deleted(folder);
-    throw;
+    if (!is_full(folder)) {
+      unmark_deleted(folder);
+      throw;
+    }
+    // There is no room to write down that something goes. So it goes first; a start that finds the mark removes the row.
+    empty_marked_folder(folder);
+    remove_row();
   }
   if (!marked) unmark_deleted(folder);
   return marked;

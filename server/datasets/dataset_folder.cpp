@@ -1,6 +1,7 @@
 #include "server/datasets/dataset_folder.h"
 
 #include <fstream>
+#include <vector>
 
 #include "pipeline/store/store.h"
 #include "proto/files.h"
@@ -85,6 +86,15 @@ void unmark_deleted(const fs::path& folder) {
 bool is_marked_deleted(const fs::path& folder) {
   std::error_code error;
   return fs::exists(folder / kDeletedFile, error);
+}
+
+void empty_marked_folder(const fs::path& folder) {
+  std::error_code error;
+  std::vector<fs::path> held;
+  for (fs::directory_iterator at(folder, error); !error && at != fs::directory_iterator(); at.increment(error)) {
+    if (at->path().filename() != kDeletedFile) held.push_back(at->path());
+  }
+  for (const fs::path& file : held) fs::remove_all(file, error);
 }
 
 bool is_built(const Layout& layout, const Dataset& dataset) {

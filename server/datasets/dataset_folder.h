@@ -37,6 +37,9 @@ bool mark_deleted(const std::filesystem::path& folder);
 void unmark_deleted(const std::filesystem::path& folder);
 bool is_marked_deleted(const std::filesystem::path& folder);
 
+/// Of a folder that is marked: removes all but the mark.
+void empty_marked_folder(const std::filesystem::path& folder);
+
 /// Whether all is done that the first build of the dataset had to do: its store is published, and no raster waits to be built.
 bool is_built(const Layout& layout, const Dataset& dataset);
 

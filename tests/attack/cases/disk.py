@@ -38,10 +38,21 @@ def small_disk(folder, mebibytes):
     return mount
 
 
-def start(attack, mebibytes):
+def start(attack, mebibytes, options=()):
     folder = os.path.join(attack.next_folder(), "data")
     os.makedirs(folder, exist_ok=True)
-    return attack.start(limits=small_disk(folder, mebibytes))
+    return attack.start(options, limits=small_disk(folder, mebibytes))
+
+
+def fill(folder):
+    """To the last byte: a file as long as there is room."""
+    with open(os.path.join(folder, "filler"), "wb", buffering=0) as filler:
+        for piece in (MIB, 4096, 512, 1):
+            try:
+                while True:
+                    filler.write(b"x" * piece)
+            except OSError:
+                pass
 
 
 def free(server):
@@ -156,6 +167,23 @@ if can_mount():
     @case("16 a build whose tiles are more than the disk", expect="queued storage-full, 5 % and more free throughout")
     def tiles(attack):
         return waits_for_room(start(attack, 4), "asc", noise(400), "&error=1&strategy=waves")
+
+    @case("a disk that is full to its last byte: what is deleted makes room", expect="204, then 404 and 200")
+    def full(attack):
+        server = start(attack, 40, ("--min-disk-free", "0"))
+        ids = []
+        for name in ("one", "two"):
+            posted = server.ask("POST", "/v1/datasets?name=%s.asc&crs=EPSG:4326&vertical_datum=ellipsoid&error=5" % name, cone(), {"Prefer": "wait=100"})
+            assert posted[0] == 201, posted
+            ids.append(json.loads(posted[2])["id"])
+        fill("/proc/%d/root%s" % (server.process.pid, server.data))
+        for k in range(200):  # until the registry's log has no page left either
+            if server.ask("PATCH", "/v1/datasets/" + ids[1], json.dumps({"title": "%d" % k}).encode(), {"Content-Type": "application/json"})[0] != 200:
+                break
+        fill("/proc/%d/root%s" % (server.process.pid, server.data))
+        seen = [str(server.ask("DELETE", "/v1/datasets/" + ids[0])[0])]
+        seen += [str(server.ask("GET", "/v1/datasets/" + k)[0]) for k in ids]
+        return "%s, then %s and %s" % tuple(seen)
 else:
     @case("6 a small disk", expect="skipped: this system gives no user namespace to mount one in")
     def skipped(_attack):
