@@ -132,7 +132,7 @@ TEST(Routes, TellRolesAndAllow) {
   const Route metrics = parse_route("/metrics"), heights = parse_route("/v1/datasets/a/elevation"),
               one = parse_route("/v1/datasets/a"), nothing = parse_route("/v1/nothing");
   EXPECT_EQ(role_needed("HEAD", metrics), access::Role::read);
-  EXPECT_EQ(role_needed("OPTIONS", metrics), access::Role::read);
+  EXPECT_EQ(role_needed("OPTIONS", metrics), access::Role::none) << "a page that asks whether it may shows no token";
   EXPECT_EQ(role_needed("OPTIONS", one), access::Role::none);
   EXPECT_EQ(role_needed("POST", metrics), access::Role::write);
   EXPECT_EQ(role_needed("POST", heights), access::Role::none);
