@@ -284,7 +284,10 @@ proto::Result<void> check_exact(const proto::Plan& plan) {
   };
   const int finest = lattice_of(plan).finest_level;
   if (static_cast<int>(plan.min_level()) + kExactLevels > finest)
-    return refused("needs two coarser levels", "min_level " + std::to_string(std::max(0, finest - kExactLevels)) + " or less");
+    return refused("needs two coarser levels",
+                   finest < kExactLevels
+                       ? "max_level " + std::to_string(static_cast<int>(plan.min_level()) + kExactLevels) + " or finer"
+                       : "min_level " + std::to_string(finest - kExactLevels) + " or less");
   if (plan.options().keep_size() > 0) return refused("keeps an error, not a share", "error=");
   return {};
 }

@@ -10,6 +10,7 @@
 #include "proto/utf8.h"
 #include "raster/datum/vertical_crs.h"
 #include "raster/disk/geoid_folders.h"
+#include "raster/gdal/formats.h"
 
 namespace cordillera::raster {
 namespace {
@@ -77,10 +78,18 @@ proto::Result<VerticalDatum> of_known(const KnownDatum& known, const std::string
   return VerticalDatum{known.name, from, "", std::move(*geoid)};
 }
 
+/// Whether this is what a grid's file is called, without a folder. Manifests name grids so.
+bool is_bare_grid_name(const std::string& name) {
+  const std::string ending = extension_of(name);
+  return name.find_first_of("/\\") == name.npos &&
+         (ending == ".gtx" || ending == ".tif" || ending == ".tiff" || ending == ".pgm");
+}
+
 Problem unknown_datum(const std::string& name) {
   std::string similar;
   for (const std::string& one : similar_height_systems(name))
     similar += (similar.empty() ? "; is it one of these: " : ", ") + one;
+  if (is_bare_grid_name(name)) similar = "; a grid of this name is looked for in the folders of CORDILLERA_GEOIDS";
   return {"geoid-not-found",
           "vertical_datum=" + proto::shown_text(name) +
               " is neither a height system known here nor a grid file that may be read" + similar,

@@ -35,7 +35,7 @@ proto::Source describe_mosaic(const std::vector<MosaicMember>& members, const So
   const auto common = [&](auto get) {
     std::set<std::string> values;
     for (const MosaicMember& member : members) values.insert(get(member.description));
-    return values.size() == 1 ? *values.begin() : std::string("mixed");
+    return values.size() == 1 ? *values.begin() : std::string(kMixed);
   };
   description.set_driver(common([](const proto::Source& s) { return s.driver(); }));
   description.set_crs(common([](const proto::Source& s) { return s.crs(); }));

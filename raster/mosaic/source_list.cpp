@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <sstream>
 
+#include "proto/numbers.h"
 #include "proto/utf8.h"
 #include "raster/gdal/formats.h"
 #include "raster/gdal/gdal_scope.h"
@@ -45,6 +46,27 @@ std::string resolved(const std::string& path, const std::string& list) {
   if (path.empty() || path.front() == '/') return path;
   const std::string folder = fs::path(list).parent_path().string();
   return folder.empty() ? path : folder + "/" + path;
+}
+
+/// The escapes of an address (RFC 3986, 2.1) as what they mean. What is none stays, and so does "%00", which is in no name.
+std::string unescaped(const std::string& text) {
+  std::string out;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    const bool escape = text[at] == '%' && at + 2 < text.size();
+    const auto byte = escape ? proto::number<unsigned char>(std::string_view(text).substr(at + 1, 2), 16) : std::nullopt;
+    const bool meant = byte && *byte != 0;
+    out += meant ? static_cast<char>(*byte) : text[at];
+    if (meant) at += 2;
+  }
+  return out;
+}
+
+/// "old%20sheet.tif" as "old sheet.tif" where that is the file: STAC writes addresses, not paths.
+std::string unescaped_where_there(const std::string& path) {
+  std::error_code error;
+  if (path.find('%') == path.npos || is_remote(path) || fs::exists(path, error)) return path;
+  const std::string meant = unescaped(path);
+  return fs::exists(meant, error) ? meant : path;
 }
 
 /// Archives too: collections are kept as they were fetched.
@@ -110,6 +132,19 @@ Listed in_text(const std::string& list, const std::string& text) {
   return sources;
 }
 
+bool has_role(const CPLJSONObject& asset, std::string_view wanted) {
+  const CPLJSONArray roles = asset.GetArray("roles");
+  for (int k = 0; roles.IsValid() && k < roles.Size(); ++k) {
+    if (roles[k].ToString() == wanted) return true;
+  }
+  return false;
+}
+
+/// A picture or a text about the heights, which may be a GeoTIFF too.
+bool is_beside_the_data(const CPLJSONObject& asset) {
+  return has_role(asset, "thumbnail") || has_role(asset, "overview") || has_role(asset, "metadata");
+}
+
 /// The asset that holds the heights.
 std::string asset_of(const CPLJSONObject& item) {
   const CPLJSONObject assets = item["assets"];
@@ -117,12 +152,9 @@ std::string asset_of(const CPLJSONObject& item) {
   std::string first;
   for (const CPLJSONObject& asset : assets.GetChildren()) {
     const std::string href = asset.GetString("href"), type = asset.GetString("type");
-    const CPLJSONArray roles = asset.GetArray("roles");
-    for (int k = 0; roles.IsValid() && k < roles.Size(); ++k) {
-      if (roles[k].ToString() == "data") return href;
-    }
+    if (has_role(asset, "data")) return href;
     const bool tiff = type.rfind("image/tiff", 0) == 0 || extension_of(href) == ".tif" || extension_of(href) == ".tiff";
-    if (first.empty() && tiff) first = href;
+    if (first.empty() && tiff && !is_beside_the_data(asset)) first = href;
   }
   return first;
 }
@@ -132,8 +164,8 @@ Listed in_stac(const std::string& list, const std::vector<CPLJSONObject>& items)
   for (const CPLJSONObject& item : items) {
     const std::string href = asset_of(item);
     if (href.empty())
-      return invalid(
-          list, "item \"" + proto::shown_text(item.GetString("id")) + "\" has no asset with the role \"data\" and no GeoTIFF");
+      return invalid(list, "item \"" + proto::shown_text(item.GetString("id")) +
+                               "\" has no asset with the role \"data\" and no GeoTIFF but thumbnails, overviews and metadata");
     sources.push_back({href, {}});
   }
   if (sources.empty()) return invalid(list, "has no items");
@@ -220,6 +252,12 @@ struct ListFile {
   bool json = false;
 };
 
+/// The mark that editors write before a text in UTF-8. It is no part of it.
+std::string_view without_mark(std::string_view text) {
+  constexpr std::string_view kMark = "\xef\xbb\xbf";
+  return text.starts_with(kMark) ? text.substr(kMark.size()) : text;
+}
+
 Listed in_file(const ListFile& list, const GdalScope& scope) {
   const std::string extension = list.json ? ".json" : extension_of(list.name);
   const bool geojson = extension == ".geojson", text = is_one_of(extension, kTexts);
@@ -230,7 +268,7 @@ Listed in_file(const ListFile& list, const GdalScope& scope) {
   if (!text && !geojson && extension != ".json") return Sources();
   if (text) {  // before all of it: points may be many
     const auto head = read_range(list.path, 0, kHead_bytes);
-    if (head.ok() && *head && holds_points(**head)) return Sources();
+    if (head.ok() && *head && holds_points(std::string(without_mark(**head)))) return Sources();
   }
   const auto bytes = read_whole(list.path);
   if (!bytes.ok()) return bytes.problem();
@@ -238,7 +276,8 @@ Listed in_file(const ListFile& list, const GdalScope& scope) {
   // STAC items and tile indices are both GeoJSON.
   const bool index = geojson || (list.json && (*bytes)->find("\"FeatureCollection\"") != std::string::npos);
   if (index && (*bytes)->find("\"assets\"") == std::string::npos) return in_index(list.path, list.name, scope);
-  return text ? in_text(list.name, **bytes) : in_json(list.name, **bytes);
+  const std::string words(without_mark(**bytes));
+  return text ? in_text(list.name, words) : in_json(list.name, words);
 }
 
 }  // namespace
@@ -250,7 +289,7 @@ Listed list_sources(const std::string& word) {
   auto listed = in_file({word, word}, scope);
   if (!listed) return listed;
   if (listed->empty()) return Sources{{resolved(word, ""), {}}};
-  for (ListedSource& source : *listed) source.path = resolved(source.path, word);
+  for (ListedSource& source : *listed) source.path = unescaped_where_there(resolved(source.path, word));
   return listed;
 }
 

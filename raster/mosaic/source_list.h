@@ -21,9 +21,11 @@ struct ListedSource {
 ///   *.txt, *.lst                a raster a line, and options after it: `fine.tif vertical_datum=EGM2008`; # starts a comment,
 ///                               a path with spaces stands in double quotes. A text of points (XYZ) is a raster
 ///   *.json                      {"sources": [{"path": …, option: value, …}, …]}, or a STAC item, ItemCollection or
-///                               FeatureCollection: the asset with the role "data", else the first GeoTIFF
+///                               FeatureCollection: the asset with the role "data", else the first GeoTIFF that
+///                               is no thumbnail, overview or metadata
 ///   *.gpkg, *.shp, *.geojson    a tile index, as gdaltindex makes it: field `location`
 ///   anything else               a raster: a file, a VRT, or what GDAL opens
+/// A text and JSON may begin with a byte order mark. A file of this machine may stand there with escapes, as "old%20sheet.tif".
 /// Paths in a list count from the list's folder; s3://, gs://, az:// and https:// become GDAL's /vsis3/, /vsigs/, /vsiaz/ and
 /// /vsicurl/. Problems: "sources-invalid", naming the list and the line or member.
 proto::Result<std::vector<ListedSource>> list_sources(const std::string& word);

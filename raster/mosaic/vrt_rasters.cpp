@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "proto/utf8.h"
+#include "raster/gdal/formats.h"
 #include "raster/gdal/gdal_scope.h"
 
 namespace cordillera::raster {
@@ -67,6 +68,13 @@ class Walk {
                      name_ + " names a file of the machine that it was made on, " + proto::shown_text(path),
                      "paths that count from the VRT, as gdalbuildvrt writes them for rasters beside it, or addresses", ""};
     if (path.empty()) return unsupported(name_, "a <SourceFilename> that names no raster");
+    // GDAL would read the other one with what it names, which nobody has looked at.
+    const std::string other = path.substr(0, path.find('?'));
+    if (extension_of(other) == ".vrt")
+      return Problem{"raster-format-unsupported",
+                     name_ + " names another VRT, " + proto::shown_text(other.substr(other.rfind('/') + 1)) +
+                         ", and a VRT in a VRT is not read",
+                     "a VRT of rasters", ""};
     const auto [known, is_new] = numbers_.emplace(path, written_.size());
     if (is_new) written_.push_back(path);
     CPLSetXMLValue(&node, "", called_(known->second, path).c_str());

@@ -16,8 +16,8 @@ struct VrtRasters {
 };
 
 /// text: a stranger's. called: what the k-th of the rasters is called in the new text. Taken are VRTs of parts of rasters, as
-/// gdalbuildvrt and gdal_translate make them. Problem: "raster-format-unsupported", of one that is warped, computed or raw;
-/// "raster-unreadable". name: for these.
+/// gdalbuildvrt and gdal_translate make them. Problem: "raster-format-unsupported", of one that is warped, computed or raw,
+/// or names another VRT; "raster-unreadable". name: for these.
 proto::Result<VrtRasters> take_rasters(const std::string& text, const std::string& name,
                                        const std::function<std::string(std::size_t k, const std::string& written)>& called);
 

@@ -142,7 +142,10 @@ proto::Result<void> choose_band(Dataset& dataset, const std::string& asked) {
   if (number == 0) return no_such_band(dataset, part ? "" : asked);
   dataset.band = handle.GetRasterBand(number);
   const int flags = dataset.band->GetMaskFlags();
-  if (alpha || (flags & (GMF_ALL_VALID | GMF_NODATA)) == 0)
+  // A band's own value that means no data is looked for in the pixels. The values of NODATA_VALUES, one for each band, GDAL alone
+  // compares: it gives a mask of all bands.
+  const bool by_own_value = (flags & GMF_NODATA) != 0 && (flags & GMF_PER_DATASET) == 0;
+  if (alpha || !(by_own_value || (flags & GMF_ALL_VALID) != 0))
     dataset.mask = alpha ? handle.GetRasterBand(2) : dataset.band->GetMaskBand();
   return {};
 }

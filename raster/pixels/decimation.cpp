@@ -30,7 +30,10 @@ Image overview(const Dataset& dataset, int k) {
   image.band->GetBlockSize(&columns, &rows);
   if (std::int64_t{columns} * rows > kMostOverviewBlock_px) return {};
   if (dataset.mask == nullptr) return image;
-  image.mask = k < dataset.mask->GetOverviewCount() ? dataset.mask->GetOverview(k) : image.band->GetMaskBand();
+  if (k < dataset.mask->GetOverviewCount())
+    image.mask = dataset.mask->GetOverview(k);
+  else if ((image.band->GetMaskFlags() & GMF_ALL_VALID) == 0)
+    image.mask = image.band->GetMaskBand();
   const bool fits = image.mask != nullptr && image.mask->GetXSize() == image.band->GetXSize() &&
                     image.mask->GetYSize() == image.band->GetYSize();
   return fits ? image : Image{};

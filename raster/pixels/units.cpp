@@ -1,6 +1,7 @@
 #include "raster/pixels/units.h"
 
 #include <array>
+#include <charconv>
 #include <string_view>
 
 #include "proto/letters.h"
@@ -9,7 +10,7 @@ namespace cordillera::raster {
 namespace {
 
 struct Spelling {
-  std::string_view text;  ///< lower case, letters only
+  std::string_view text;  ///< small letters only
   std::string_view name;
   double metres;
 };
@@ -63,12 +64,18 @@ constexpr std::array kSpellings{
     Spelling{"fathom", "fathom", 1.8288},
 };
 
-}  // namespace
+/// What a name may hold between its letters and around them: "ft (US)", "Foot_US", "[m]", "m.".
+constexpr std::string_view kPunctuation = " \t\r\n._-,;:()[]{}'\"";
 
-std::optional<HeightUnit> height_unit(const std::string& text) {
+/// The unit of this name. None, too, where it holds a digit, a power or a quotient ("m2", "m/10"): it is another unit.
+std::optional<HeightUnit> named_unit(std::string_view name) {
   std::string letters;
-  for (const char c : text)
-    if (proto::is_letter(c)) letters += proto::lower(c);
+  for (const char c : name) {
+    if (proto::is_letter(c))
+      letters += proto::lower(c);
+    else if (kPunctuation.find(c) == kPunctuation.npos)
+      return std::nullopt;
+  }
   for (int plural = 0; plural < 2; ++plural) {
     for (const Spelling& s : kSpellings)
       if (s.text == letters) return HeightUnit{std::string(s.name), s.metres};
@@ -76,6 +83,21 @@ std::optional<HeightUnit> height_unit(const std::string& text) {
     letters.pop_back();
   }
   return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<HeightUnit> height_unit(const std::string& text) {
+  const std::string_view whole = proto::trimmed(text, " \t\r\n([{'\"");
+  const std::string_view first_digit = whole.starts_with('.') ? whole.substr(1) : whole;
+  if (first_digit.empty() || !proto::is_digit(first_digit.front())) return named_unit(whole);
+  double factor = 0;
+  const auto [end, error] = std::from_chars(whole.data(), whole.data() + whole.size(), factor);
+  if (error != std::errc() || !(factor > 0)) return std::nullopt;
+  const auto digits = static_cast<std::size_t>(end - whole.data());
+  auto unit = named_unit(whole.substr(digits));
+  if (!unit || factor == 1) return unit;
+  return HeightUnit{std::string(whole.substr(0, digits)) + " " + unit->name, factor * unit->metres};
 }
 
 }  // namespace cordillera::raster

@@ -6,11 +6,12 @@
 namespace cordillera::raster {
 
 struct HeightUnit {
-  std::string name;  ///< metre, foot, US survey foot, kilometre, ...
+  std::string name;  ///< metre, foot, US survey foot, kilometre, 0.1 metre, ...
   double metres = 1;
 };
 
-/// The unit a file means by text (any case, singular or plural, with or without punctuation); none when we do not know it.
+/// The unit a file means by text (any case, singular or plural, with or without punctuation), also with a factor before it:
+/// "0.1 m". None when we do not know it.
 std::optional<HeightUnit> height_unit(const std::string& text);
 
 /// The spellings named in messages.

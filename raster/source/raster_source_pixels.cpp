@@ -108,17 +108,20 @@ proto::Result<std::vector<PixelPoint>> RasterSource::pixels(const proto::Lattice
     const double latitude = -90 + (static_cast<double>(cells.south) + y) * lattice.cell_deg();
     return pixel_m + undulation_m(latitude, lattice.longitude_deg(cells.west) + x * lattice.cell_deg());
   };
-  const Window own = window(lattice);
-  const bool clipped = parts_.options.bbox.has_value();
+  // A pixel that lies in the bbox and beyond its last sample is under no triangle, and is counted as such: as without a bbox.
+  const double turn = static_cast<double>(lattice.columns());
   const auto wanted = [&](double x, double y) {
-    if (!clipped) return true;
-    const double column = static_cast<double>(modulo(cells.west - own.west, lattice.columns())) + x,
-                 row = static_cast<double>(cells.south) + y;
-    const double turn = static_cast<double>(lattice.columns()), within = column >= turn ? column - turn : column;
-    return within <= static_cast<double>(own.east - own.west) && row >= static_cast<double>(own.south) &&
-           row <= static_cast<double>(own.north);
+    if (!parts_.options.bbox) return true;
+    constexpr double kRounding = 1e-6;  // of a cell
+    const Area& box = *parts_.options.bbox;
+    const double wide = (box.east_deg - box.west_deg) / lattice.cell_deg(),
+                 low = (box.south_deg + 90) / lattice.cell_deg() - static_cast<double>(cells.south),
+                 high = (box.north_deg + 90) / lattice.cell_deg() - static_cast<double>(cells.south);
+    double from_west = static_cast<double>(cells.west) + x - (box.west_deg + 180) / lattice.cell_deg() + kRounding;
+    from_west -= turn * std::floor(from_west / turn);
+    return from_west <= wide + 2 * kRounding && y >= low - kRounding && y <= high + kRounding;
   };
-  const double turn = static_cast<double>(lattice.columns()), wide = static_cast<double>(cells.east - cells.west);
+  const double wide = static_cast<double>(cells.east - cells.west);
   const double high = static_cast<double>(cells.north - cells.south), top = cells.north == lattice.rows() ? high : -1;
   for (const PixelWindow& around : windows) {
     out.reserve(out.size() + static_cast<std::size_t>(std::min(std::int64_t{around.columns} * around.rows, kMaxBlockPixels)));

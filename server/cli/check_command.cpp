@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "pipeline/check/check.h"
+#include "raster/mosaic/mosaic_description.h"
 #include "server/cli/commands.h"
 #include "server/cli/path_kind.h"
 #include "server/cli/sources.h"
@@ -45,14 +46,38 @@ void print(const std::string& path, const Report& report) {
   std::cout << "\n";
 }
 
+/// The manifest has one datum for all its rasters: where they differ none of their options names it. Each then counts from what
+/// it declares; where something else was asked for, the manifest says so of that raster.
+proto::Result<void> take_own_datums(const proto::Manifest& manifest, std::vector<raster::MosaicMember>& members) {
+  if (static_cast<int>(members.size()) != manifest.sources_size()) return {};  // of another list: it is measured as it is
+  for (std::size_t k = 0; k < members.size(); ++k) {
+    const proto::Source& stated = manifest.sources(static_cast<int>(k));
+    raster::MosaicMember& member = members[k];
+    if (stated.file() != member.description.file() || stated.vertical_datum_from() != "request") continue;
+    if (stated.vertical_datum() == member.description.vertical_datum()) continue;
+    proto::BuildOptions options = member.options;
+    options.set_vertical_datum(stated.vertical_datum());
+    auto examined = raster::examine(member.path, member.name, member.trust, options);
+    if (!examined) return examined.problem();
+    member = std::move(*examined);
+  }
+  return {};
+}
+
 /// Read as they were for the dataset.
 OpenRasters rasters_of(const std::vector<std::string>& sources) {
   if (sources.empty()) return nullptr;
   return [sources](const proto::Manifest& manifest) -> proto::Result<std::unique_ptr<raster::Source>> {
     Settings settings;
     settings.build = manifest.options();
-    const auto request = request_of(sources, settings);
-    return request ? pipeline::open_source(*request) : request.problem();
+    const bool mixed = manifest.options().vertical_datum() == raster::kMixed;
+    if (mixed) settings.build.clear_vertical_datum();
+    auto request = request_of(sources, settings);
+    if (!request) return request.problem();
+    if (mixed) {
+      if (const auto taken = take_own_datums(manifest, request->members); !taken.ok()) return taken.problem();
+    }
+    return pipeline::open_source(*request);
   };
 }
 

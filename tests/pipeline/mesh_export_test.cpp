@@ -237,6 +237,25 @@ TEST(MeshExport, RefusalsSayWhy) {
   EXPECT_EQ(check_frame(MeshKind::ply, MeshFrame::geodetic).ok(), true);
 }
 
+/// Rasters of a few pixels have fine levels without a triangle, and islands are dropped from coarse ones.
+TEST(MeshExport, ALevelWithoutTrianglesNamesThoseThatHaveSome) {
+  TemporaryFolder folder;
+  {
+    auto writer = StoreWriter::open(folder / "a.db", synthetic_plan(7, 5)).value();
+    for (FinishedTask& task : synthetic_tasks(kExportLattice, kFirstTile, kLastTile, hills())) {
+      if (task.node.z < 5) continue;
+      if (task.node.z == 6) task.tiles.clear();
+      ASSERT_TRUE(writer->commit(task).ok());
+    }
+    ASSERT_TRUE(writer->publish(synthetic_manifest()).ok());
+  }
+  const faces::Terrain terrain(StoreReader::open(folder / "a.db").value());
+  const auto refused = extract_mesh(terrain, whole_level(6));
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.problem().line(), "level 6 of the dataset has no triangle; accepted: a level that has some: 5, 7");
+  EXPECT_EQ(refused.problem().parameter, "level");
+}
+
 /// Both sides of the antimeridian are one mesh, and its degrees go on beyond 180.
 TEST(MeshExport, TheAntimeridianIsNoSeam) {
   TemporaryFolder folder;

@@ -278,6 +278,21 @@ TEST_F(SourceList, stac_items_give_their_data_asset) {
   EXPECT_EQ((*listed)[1].path, "/vsis3/bucket/two.tif");
 }
 
+TEST_F(SourceList, references_with_escapes_are_files_of_this_machine) {
+  for (const char* name : {"old sheet.tif", "a%20b.tif", "\xc3\xa9t\xc3\xa9.tif", "100%.tif"}) write(Spec{}, name);
+  const auto named = [&](const std::string& href) {
+    return names(
+        write_text(R"({"type":"Feature","id":"x","assets":{"d":{"roles":["data"],"href":")" + href + R"("}}})", "i.json"));
+  };
+  EXPECT_EQ(named("./old%20sheet.tif"), Names{"old sheet.tif"});
+  EXPECT_EQ(named("%C3%A9t%c3%a9.tif"), Names{"\xc3\xa9t\xc3\xa9.tif"});
+  EXPECT_EQ(named("a%20b.tif"), Names{"a%20b.tif"}) << "a file of that very name comes first";
+  EXPECT_EQ(named("100%.tif"), Names{"100%.tif"});
+  EXPECT_EQ(named("100%25.tif"), Names{"100%.tif"});
+  for (const char* missing : {"none%20there.tif", "old%20sheet.tif%00", "old%2", "old%zz"})
+    EXPECT_EQ(named(missing), Names{missing});
+}
+
 /// What it held can be said of the raster alone, in the words that HTTP has for it.
 TEST_F(SourceList, a_damaged_geopackage_is_told_as_a_raster) {
   const std::string zeros = write_text(std::string("SQLite format 3\0", 16) + std::string(500, '\0'), "zeros.gpkg");

@@ -318,11 +318,44 @@ TEST_F(Pixels, UnderAGeoidAndABox) {
   const auto inside = cut->pixels(lattice(kLevel), {w.west - 50, w.south - 50, w.east + 50, w.north + 50});
   ASSERT_TRUE(inside.ok());
   EXPECT_GT(inside->size(), 1500u);
+  constexpr double kNearly_deg = 1e-9;
   for (const raster::PixelPoint& p : *inside) {
-    EXPECT_GE(p.x, 50);
-    EXPECT_LE(p.x, 50.0 + static_cast<double>(w.east - w.west));
+    const double longitude = lattice(kLevel).longitude_deg(w.west - 50) + p.x * lattice(kLevel).cell_deg();
+    EXPECT_GE(longitude, options.bbox(0) - kNearly_deg);
+    EXPECT_LE(longitude, options.bbox(2) + kNearly_deg);
   }
   EXPECT_LT(off(*cut, kLevel).greatest_m, 0.05);
+}
+
+/// Those beyond the last sample are under no triangle, and are counted as such with a box, too.
+TEST_F(Pixels, ABoxHasAllPixelsThatLieInIt) {
+  Spec degrees = rough_utm();
+  degrees.crs = "EPSG:4326", degrees.geotransform = {-118.0001, 0.0003, 0, 34.3001, 0, -0.0003};
+  for (const Spec& spec : {rough_utm(), degrees}) {
+    const std::string file = write(spec);
+    const auto source = must_open(file);
+    const auto b = source->description().bbox();
+    const Window w = source->window(lattice(kLevel));
+    const auto count_in = [&](const std::vector<double>& box) {
+      proto::BuildOptions options = plain_options();
+      for (const double side : box) options.add_bbox(side);
+      const auto found = must_open(file, options)->pixels(lattice(kLevel), {w.west - 4, w.south - 4, w.east + 4, w.north + 4});
+      EXPECT_TRUE(found.ok());
+      return found.ok() ? found->size() : 0;
+    };
+    const std::size_t all = count_in({});
+    EXPECT_EQ(all, 90u * 80u);
+    EXPECT_EQ(count_in({b[0] - 1, b[1] - 1, b[2] + 1, b[3] + 1}), all);
+    EXPECT_EQ(count_in({b[0], b[1], b[2], b[3]}), all);
+    EXPECT_EQ(count_in({-180, -90, 180, 90}), all);
+    EXPECT_EQ(count_in({170, -90, b[2] + 1, 90}), all) << "over the antimeridian";
+    const double middle = (b[0] + b[2]) / 2 + 1e-7;
+    const std::size_t west = count_in({b[0] - 1, b[1] - 1, middle, b[3] + 1}),
+                      east = count_in({middle, b[1] - 1, b[2] + 1, b[3] + 1});
+    EXPECT_EQ(west + east, all);
+    EXPECT_GT(west, all / 3);
+    EXPECT_GT(east, all / 3);
+  }
 }
 
 TEST_F(Pixels, AnotherWordIsRefused) {

@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 
 #include "fixture.h"
+#include "raster/pixels/decimation.h"
 
 namespace cordillera::raster_test {
 namespace {
@@ -122,6 +123,34 @@ TEST_F(Value, ScaleOffsetAndUnit) {
   EXPECT_EQ(pixel_m(*must_open(file, options), 1, 1), 205);
 }
 
+TEST_F(Value, AFactorBeforeAUnitIsApplied) {
+  const std::pair<const char*, double> units[] = {{"0.1 m", 0.1},      {"1e-3 m", 0.001}, {"10 cm", 0.1},      {"[0.5 m]", 0.5},
+                                                  {".01 metre", 0.01}, {"0.1m", 0.1},     {"100 feet", 30.48}, {"1 m", 1}};
+  for (const auto& [unit, metres] : units) {
+    Spec spec = aligned("Int16");
+    spec.unit = unit;
+    spec.value = [](int, int) { return 100; };
+    const auto source = must_open(write(spec));
+    ASSERT_TRUE(source) << unit;
+    EXPECT_NEAR(pixel_m(*source, 1, 1), 100 * metres, 0.0005) << unit;
+    EXPECT_DOUBLE_EQ(source->description().scale(), metres) << unit;
+  }
+}
+
+TEST_F(Value, AUnitOfMoreThanANameIsNotThatName) {
+  for (const char* unit :
+       {"m/10", "m2", "m^2", "m*10", "m\xc2\xb2", "0 m", "-10 m", "1/10 m", "10", "10 10 m", "1e999 m", "0.1 furlong"}) {
+    Spec spec = aligned("Int16");
+    spec.unit = unit;
+    EXPECT_EQ(problem_type(write(spec)), "unit-unknown") << unit;
+  }
+  for (const char* unit : {"m.", "(m)", "[m]", " m ", "us-ft", "ft (US)", "'metre'", "U.S. survey foot"}) {
+    Spec spec = aligned("Int16");
+    spec.unit = unit;
+    EXPECT_EQ(problem_type(write(spec)), "") << unit;
+  }
+}
+
 TEST_F(Value, UnitOfTheVerticalAxis) {
   Spec spec = aligned("Float32");
   spec.crs = "EPSG:4269+6360";  // NAVD88 height in US survey feet
@@ -190,6 +219,29 @@ TEST_F(Value, MaskAndAlphaBands) {
   const auto second = must_open(write(alpha));
   ASSERT_TRUE(second);
   EXPECT_TRUE(std::isnan(pixel_m(*second, 3, 4)));
+}
+
+TEST_F(Value, NodataValuesOfAllBandsAreAMask) {
+  Spec spec = aligned("Int16");
+  spec.columns = spec.rows = 64;
+  spec.value = [](int c, int r) { return c < 32 && r < 32 ? -777.0 : 100.0; };
+  const std::string file = write(spec);
+  {
+    const GDALDatasetUniquePtr dataset(GDALDataset::Open(file.c_str(), GDAL_OF_RASTER | GDAL_OF_UPDATE));
+    ASSERT_EQ(dataset->SetMetadataItem("NODATA_VALUES", "-777"), CE_None);
+    int half = 2;
+    ASSERT_EQ(dataset->BuildOverviews("NEAREST", 1, &half, 0, nullptr, nullptr, nullptr), CE_None);
+  }
+  for (const auto trust : {raster::Trust::operator_file, raster::Trust::posted_file}) {
+    const auto source = must_open(file, plain_options(), trust);
+    ASSERT_TRUE(source);
+    EXPECT_EQ(source->description().nodata(), "mask band");
+    EXPECT_TRUE(std::isnan(pixel_m(*source, 3, 4)));
+    EXPECT_EQ(pixel_m(*source, 40, 4), 100);
+    const auto few = source->decimate(1000);  // of the overview, which does not say so, -777 would be a height
+    ASSERT_TRUE(few.ok() && *few);
+    EXPECT_EQ((*few)->mask.at(0), 0);
+  }
 }
 
 TEST_F(Value, NodataOption) {

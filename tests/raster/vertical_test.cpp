@@ -338,6 +338,7 @@ TEST_F(Vertical, PostedFilesNameOnlyGridsOfTheOperator) {
   EXPECT_EQ(problem_type(dem, options, raster::Trust::posted_file), "geoid-not-found");
   options.set_vertical_datum("regional.tif");
   EXPECT_EQ(problem_type(dem, options, raster::Trust::posted_file), "geoid-not-found");
+  EXPECT_THAT(open(dem, options).problem().detail, ::testing::HasSubstr("looked for in the folders of CORDILLERA_GEOIDS"));
   setenv("CORDILLERA_GEOIDS", fs::path(grid).parent_path().c_str(), 1);
   EXPECT_EQ(problem_type(dem, options, raster::Trust::posted_file), "");
   unsetenv("CORDILLERA_GEOIDS");

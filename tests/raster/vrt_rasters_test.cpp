@@ -13,6 +13,7 @@ namespace {
 using raster::ListKind;
 using raster_test::RasterTest;
 using raster_test::Spec;
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -68,6 +69,9 @@ TEST(VrtRasters, OthersAreRefusedWithWhatIsWrong) {
   EXPECT_THAT(why(band_of("")), HasSubstr("no raster in it"));
   EXPECT_THAT(why(band_of(source_of("/home/me/a.tif", "0"))), HasSubstr("/home/me/a.tif"));
   EXPECT_THAT(why(band_of(source_of(""))), HasSubstr("names no raster"));
+  for (const char* other : {"../ok.vrt", "ok.VRT", "/vsicurl/https://me:secret@example.org/ok.vrt?secret=1"})
+    EXPECT_THAT(why(band_of(source_of("a.tif") + source_of(other))),
+                AllOf(HasSubstr("raster-format-unsupported: a.vrt names another VRT, ok."), Not(HasSubstr("secret"))));
   EXPECT_THAT(why(vrt_with("<VRTRasterBand subClass=\"VRTDerivedRasterBand\">" + source_of("a.tif") + "</VRTRasterBand>")),
               HasSubstr("VRTDerivedRasterBand"));
   EXPECT_THAT(why("<VRTDataset subClass=\"VRTWarpedDataset\"/>"), HasSubstr("VRTWarpedDataset"));
@@ -113,6 +117,34 @@ TEST_F(WrittenIn, PathsStayAsTheyStandThere) {
             "i"),
       Names{"a/b.tif"});
   EXPECT_EQ(names(R"({"type":"Feature","id":"x","assets":{"d":{"href":"d.tif"}}})", "item"), Names{"d.tif"});
+}
+
+TEST_F(WrittenIn, AByteOrderMarkIsNoPartOfAList) {
+  const std::string mark = "\xef\xbb\xbf";
+  EXPECT_EQ(names(mark + R"({"sources":[{"path":"a.tif"}]})", "dem"), Names{"a.tif"});
+  EXPECT_EQ(names(mark + "a.tif\n", "list.txt"), Names{"a.tif"});
+  EXPECT_EQ(names(mark + "# all\na.tif\n", "list.lst"), Names{"a.tif"});
+  EXPECT_EQ(names(mark + R"({"type":"Feature","id":"x","assets":{"d":{"href":"d.tif"}}})", "item"), Names{"d.tif"});
+  EXPECT_EQ(
+      names(
+          mark +
+              R"({"type":"FeatureCollection","features":[{"type":"Feature","geometry":null,"properties":{"location":"i.tif"}}]})",
+          "index"),
+      Names{"i.tif"});
+  EXPECT_EQ(names(mark + "1 2 3\n", "points.txt"), Names());
+}
+
+/// Pictures of the heights may be GeoTIFFs, too.
+TEST_F(WrittenIn, AThumbnailIsNotTheHeights) {
+  const auto item = [](const std::string& assets) {
+    return R"({"type":"Feature","id":"x","assets":{"thumb":{"href":"t.tif","roles":["thumbnail"]},)"
+           R"("small":{"href":"o.tif","roles":["overview","visual"]},"meta":{"href":"m.tif","roles":["metadata"]})" +
+           assets + "}}";
+  };
+  EXPECT_EQ(names(item(R"(,"dem":{"href":"d.tif","roles":["elevation"]})"), "i"), Names{"d.tif"});
+  EXPECT_EQ(names(item(R"(,"dem":{"href":"d.tif"})"), "i"), Names{"d.tif"});
+  EXPECT_EQ(names(item(R"(,"dem":{"href":"d","roles":["metadata","data"]})"), "i"), Names{"d"});
+  EXPECT_EQ(names(item(""), "i"), Names{"sources-invalid"});
 }
 
 TEST_F(WrittenIn, WhatIsARasterNamesNone) {

@@ -89,6 +89,15 @@ Problem too_large(const faces::Terrain& terrain, const MeshRequest& request, int
           fits ? "level" : "bbox"};
 }
 
+/// "2, 3, 4", from the coarsest.
+std::string levels_with_triangles(const proto::Manifest& manifest) {
+  std::string levels;
+  for (auto level = manifest.levels().rbegin(); level != manifest.levels().rend(); ++level) {
+    if (level->triangles() > 0) levels.append(levels.empty() ? "" : ", ").append(std::to_string(level->level()));
+  }
+  return levels;
+}
+
 Problem nothing_there(const faces::Terrain& terrain, const MeshRequest& request, int level) {
   const auto& manifest = terrain.manifest();
   if (request.tile) {
@@ -96,6 +105,10 @@ Problem nothing_there(const faces::Terrain& terrain, const MeshRequest& request,
     return {"tile-unknown", "there is no tile " + std::to_string(z) + "/" + std::to_string(x) + "/" + std::to_string(y),
             range_of(manifest) + " within the dataset's bounds (y counts from the south)", "tile"};
   }
+  const std::string others = request.box ? "" : levels_with_triangles(manifest);
+  if (!others.empty())
+    return {"option-invalid", "level " + std::to_string(level) + " of the dataset has no triangle",
+            "a level that has some: " + others, "level"};
   std::string bounds;
   for (int k = 0; k < 4 && manifest.bounds_size() >= 4; ++k) {
     bounds.append(k == 0 ? "" : ", ").append(std::to_string(manifest.bounds(k)));
