@@ -6,6 +6,15 @@ export function say(text, kind = "") {
   element("message").className = kind;
 }
 
+// How far the dataset is. It gives way to the words of a tool or of an error, unless it is over all, and comes back when a tool's are gone.
+let state_words = "";
+export function say_state(words, over_all = false) {
+  const free = over_all || ["", state_words].includes(element("message").textContent);
+  state_words = words;
+  if (free) say(words);
+}
+export const say_of_tool = (words) => say(words || state_words);
+
 const label_of = (dataset) => dataset.title || dataset.name || dataset.id;
 
 function make(tag, text, properties = {}) {
@@ -13,11 +22,11 @@ function make(tag, text, properties = {}) {
 }
 
 // Those that can be looked at, now or soon. Failed ones have a list of their own: there is nothing of them to choose.
-export function fill_dataset_list(datasets, chosen_id, on_choose) {
+export function fill_dataset_list(datasets, on_choose) {
   const list = element("datasets");
   list.replaceChildren(...datasets.filter(({ state }) => state !== "failed").map((dataset) => {
-    const suffix = dataset.state && dataset.state !== "ready" ? ` (${dataset.state})` : "";
-    return new Option(label_of(dataset) + suffix, dataset.id, false, dataset.id === chosen_id);
+    const state = dataset.asleep ? "asleep" : dataset.state, suffix = state && state !== "ready" ? ` (${state})` : "";
+    return new Option(label_of(dataset) + suffix, dataset.id);
   }));
   element("choice").hidden = list.options.length === 0;
   list.onchange = () => on_choose(list.value);
@@ -87,6 +96,8 @@ export function start_folding() {
   };
   show(!window.matchMedia("(max-width: 700px), (max-height: 480px)").matches);
   element("fold").onclick = () => show(element("panel").classList.contains("folded"));
+  // On a phone the legend stands above the panel, which grows with its words.
+  new ResizeObserver(([{ target }]) => document.documentElement.style.setProperty("--panel-height", `${target.offsetHeight}px`)).observe(element("panel"));
 }
 
 // Open, and with room for the terrain beside it.
@@ -160,12 +171,14 @@ export function press(id, on) {
 }
 
 export function select_dataset(id) {
-  element("datasets").value = id;
+  element("datasets").value = id ?? "";
 }
 
-// share: 0 to 1, or null while nobody knows. Without words the work is over.
-export function show_progress(share, words) {
+// share: 0 to 1, or null while nobody knows. Without words the work is over. cancel(): ends it, where this page may.
+export function show_progress(share, words, cancel) {
   element("going").hidden = !words;
+  element("cancel").hidden = !cancel;
+  element("cancel").onclick = cancel ?? null;
   if (!words) return;
   if (share === null) element("share").removeAttribute("value");
   else element("share").value = share;
@@ -174,10 +187,6 @@ export function show_progress(share, words) {
 
 export function show_loading(on) {
   element("loading").hidden = !on;
-}
-
-export function on_cancel(cancel) {
-  element("cancel").onclick = () => { cancel(); show_progress(null); };
 }
 
 let drawn = "";

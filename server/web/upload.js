@@ -14,11 +14,11 @@ export function post_body(files) {
 }
 const name_of = (files) => files[0].name + (files.length > 1 ? ` and ${files.length - 1} more` : "");
 
-// Calls on.progress(share or null, words), on.provisional(id) as below, then on.ready(id) or on.failed(words). Gives a function that gives up.
+// Calls on.progress(share, words) while they are sent, then on.posted(id) or on.failed(words). Gives a function that gives up, also what is
+// built already.
 export function post_rasters(files, options, on) {
   const name = name_of(files);
   const request = new XMLHttpRequest();
-  let stop_watching = () => {};
   let id = null;
   request.upload.onprogress = ({ loaded, total }) => on.progress(loaded / total, `sending ${name}, ${Math.floor((100 * loaded) / total)} %`);
   request.onerror = () => on.failed(`${name} could not be sent: the server does not answer`);
@@ -26,28 +26,27 @@ export function post_rasters(files, options, on) {
     const answer = parsed(request.responseText);
     if (request.status >= 400 || !answer.id) return on.failed(words_of(answer, request.status));
     id = answer.id;
-    stop_watching = watch_build(id, on);
+    on.posted(id);
   };
   request.open("POST", post_address(files, options));
   show_token_to(request);
   request.send(post_body(files));
-  return () => {
+  return async () => {
     request.abort();
-    stop_watching();
-    if (id) ask(`v1/datasets/${encodeURIComponent(id)}`, { method: "DELETE" });
+    if (id) await ask(`v1/datasets/${encodeURIComponent(id)}`, { method: "DELETE" });
   };
 }
 
-// Follows a build that somebody has begun; on as above, and on.provisional(id) whenever there are other provisional tiles to be seen. Gives
-// a function that ends it.
+// Follows a build that somebody has begun: on.progress(share or null, words, whether it is lazy), on.tiles(told) whenever there are other
+// provisional tiles to be seen, then on.ready() or on.failed(words). Gives a function that ends it.
 export function watch_build(id, on) {
   const stop = listen(`v1/datasets/${encodeURIComponent(id)}/events`, {
     progress: (data) => {
-      const { stage, share, seconds_left, place } = parsed(data);
-      on.progress(share ?? null, stage + (place ? `, place ${place}` : "") + (share > 0 ? `, ${Math.floor(100 * share)} %` : "") + (seconds_left > 1 ? `, ${Math.round(seconds_left)} s left` : ""));
+      const { stage, share, seconds_left, place, build } = parsed(data);
+      on.progress(share ?? null, stage + (place ? `, place ${place}` : "") + (share > 0 ? `, ${Math.floor(100 * share)} %` : "") + (seconds_left > 1 ? `, ${Math.round(seconds_left)} s left` : ""), build === "lazy");
     },
-    tiles: (data) => { if (parsed(data).provisional) on.provisional(id); },
-    ready: () => { stop(); on.ready(id); },
+    tiles: (data) => { if (parsed(data).provisional) on.tiles(parsed(data)); },
+    ready: () => { stop(); on.ready(); },
     failed: (data) => {
       stop();
       const answer = parsed(data);

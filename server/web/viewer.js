@@ -1,4 +1,5 @@
 // The viewer: one dataset's tileset on a globe. Every address is relative, so a path prefix or a proxy changes nothing.
+import * as builds from "./builds.js";
 import * as panel from "./dataset_panel.js";
 import { Draft } from "./draft.js";
 import {
@@ -10,32 +11,35 @@ import { begin_with, camera_named, named, read_link, write_link } from "./link_s
 import { kPictures, kShadedRelief, Looks } from "./looks.js";
 import { Profile } from "./profile.js";
 import { hide_welcome, show_welcome } from "./sample.js";
+import { base_of, fetch_json, newest_datasets } from "./service.js";
 import { SeaLevel } from "./sea_level.js";
 import { snippets_for } from "./snippets.js";
 import { relief_light } from "./terrain_style.js";
 import { ask, asked_by_cesium, take_token } from "./token.js";
 import { Viewshed } from "./viewshed.js";
-import { post_rasters, take_files, watch_build } from "./upload.js";
+import { take_files } from "./upload.js";
 
 const Cesium = window.Cesium;
 
-// What tests and the console may look at.
+// What tests and the console may look at. id: of the dataset that is shown. The manifest of a folder may have another one.
 const page = (window.cordillera = {
-  widget: null, scene: null, tileset: null, manifest: null, datasets: [], error: null, tilesLoaded: false, looks: null });
+  widget: null, scene: null, tileset: null, id: null, manifest: null, datasets: [], error: null, tilesLoaded: false, looks: null });
 
-async function fetch_json(url) {
-  const response = await ask(url);
-  const body = await response.json().catch(() => ({}));
-  if (!response.ok) throw new Error(body.detail || body.title || `${url}: HTTP ${response.status}`);
-  return body;
-}
+// What the page shows or waits for, as somebody chose it: its id, the version of which it was told, and whether its blocks are made where people look.
+const wanted = { id: null, version: undefined, lazy: false };
 
 function report(error) {
   page.error = String(error.message || error);
   panel.say(page.error, "problem");
 }
 
-const base_of = (id) => `v1/datasets/${encodeURIComponent(id)}`;
+const made_so_far = ({ done_blocks }) => `${Math.floor(100 * (done_blocks?.share ?? 0))} %`;
+function first_look() {
+  if (!page.manifest.provisional) return "";
+  if (wanted.lazy) return `A first look: finer tiles are made where you look. ${made_so_far(page.manifest)} of the terrain is made so far.`;
+  return "A first look: finer tiles take its place when the build is done.";
+}
+
 const home = () => (page.manifest ? fly_home(page.scene.camera, page.manifest.bounds, panel.is_beside()) : show_earth(page.scene.camera));
 
 // on: the page, or a tileset that is still to be shown, with its looks.
@@ -128,11 +132,13 @@ function await_terrain(bounds) {
 // Later answers of an earlier call must not take the place of a later one's.
 let showing = 0;
 
-async function show_dataset(id, camera) {
+// words: what is said when it is shown.
+async function show_dataset(id, words = "") {
   const base = base_of(id), turn = ++showing;
-  const again = page.manifest?.id === id;  // its other tiles take the place of those that are seen: neither flash nor flight
+  const again = page.id === id;  // its other tiles take the place of those that are seen: neither flash nor flight
   if (!again) page.tilesLoaded = false;
-  const manifest = await fetch_json(`${base}/manifest.json`);
+  const manifest = await fetch_json(`${base}/manifest.json`, () => turn === showing);
+  if (turn !== showing) return;
   begin_look(manifest.options?.imagery);
   const { url, normal_maps } = await tiles_of(base, manifest);
   const tileset = await Cesium.Cesium3DTileset.fromUrl(asked_by_cesium(url), { enablePick: true, enableDebugWireframe: true })
@@ -147,7 +153,7 @@ async function show_dataset(id, camera) {
   if (again) await preloaded(tileset);
   if (turn !== showing) return page.scene.primitives.remove(tileset);
   if (page.tileset) page.scene.primitives.remove(page.tileset);
-  Object.assign(page, { manifest, tileset, looks, sea: new SeaLevel(base, point_again) });
+  Object.assign(page, { id, manifest, tileset, looks, sea: new SeaLevel(base, point_again) });
   // A provisional tile may have gone with the others while it was on its way.
   if (!manifest.provisional) tileset.tileFailed.addEventListener(({ url, message }) => report(new Error(`${url}: ${message}`)));
   hide_welcome();
@@ -159,30 +165,64 @@ async function show_dataset(id, camera) {
   else if (page.viewshed.place) page.viewshed.take(page.viewshed.place);  // from the finer heights
   panel.show_demos(base);
   panel.show_snippets(snippets_for(new URL(base, document.baseURI).href, manifest.bounds));
-  if (!set_camera(page.scene.camera, camera) && !again) home();
-  panel.say(manifest.provisional ? "A first look: finer tiles take its place when the build is done." : "");
+  if (!again && !set_camera(page.scene.camera, camera_named())) home();
+  panel.say_state(first_look() || words, !again || words !== "");
 }
 
-const choose = (id) => {
+// What is on its way to the page: of which dataset, and when that is over.
+const coming = { id: null, over: Promise.resolve() };
+function on_its_way(id, over) {
+  return Object.assign(coming, { id, over: over.catch(report) }).over;
+}
+
+// What the address or the list names is shown, or waited for: nothing else takes its place until somebody chooses something else.
+async function open_dataset(id, words) {
+  const turn = ++showing;
+  Object.assign(wanted, { id, version: undefined });
+  panel.select_dataset(id);
+  const { state, provisional, asleep, version, build } = await fetch_json(base_of(id));
+  if (turn !== showing) return;
+  Object.assign(wanted, { version, lazy: build === "lazy" });
+  const building = state === "queued" || state === "running";
+  builds.look_at(id, building);
+  if (building && !provisional && !asleep) return panel.say_state("Nothing can be seen of this dataset yet. It is shown as soon as something can.", true);
+  if (asleep) panel.say_state("Nobody has looked at this dataset for long. It is made again.", true);
+  await show_dataset(id, words);
+}
+const open = (id, words) => on_its_way(id, open_dataset(id, words));
+
+function choose(id) {
+  builds.stay();
   write_link({ dataset: id });
-  return show_dataset(id).catch(report);
-};
-
-// A list to choose from ends where nobody would look any more; an older dataset is reached by its link.
-const MOST_LISTED = 1000;
-async function newest_datasets() {
-  const datasets = [];
-  for (let next = "v1/datasets?limit=500"; next && datasets.length < MOST_LISTED;) {
-    const here = await fetch_json(next);
-    datasets.push(...here.datasets);
-    next = here.next && `v1/datasets${new URL(here.next, document.baseURI).search}`;  // its path is the public one
-  }
-  return datasets;
+  return open(id);
 }
 
-async function list_datasets(chosen) {
+// Other provisional tiles than those that are seen, told as in the event. They load one tileset after the other, however fast they come.
+let due = null;
+async function sharpen(id, told) {
+  const waits = due !== null;
+  due = { id, told };
+  if (waits) return;
+  for (let over = null; coming.id === id && over !== coming.over;) await (over = coming.over);
+  const { id: of, told: { tiles, levels } } = due, { manifest } = page;
+  due = null;
+  const same = page.id === of && manifest.provisional && manifest.tiles === tiles && manifest.max_level === levels.at(-1).level;
+  if (of === wanted.id && !same) await on_its_way(of, show_dataset(of));
+}
+
+// A raster is replaced, or somebody gives the dataset another title: tiles and words of one version are shown, never of two.
+const kNews_ms = 10000;
+async function look_for_news() {
+  const { id, version } = wanted;
+  if (document.visibilityState !== "visible" || !version || page.id !== id || page.manifest.provisional) return;
+  const now = await fetch_json(base_of(id)).catch(() => null);  // the service may be away for a moment
+  if (now && wanted.id === id && wanted.version === version && now.version !== version) await open(id, "This dataset has changed: this is its new version.");
+}
+
+async function list_datasets() {
   page.datasets = await newest_datasets();
-  panel.fill_dataset_list(page.datasets, chosen, choose);
+  panel.fill_dataset_list(page.datasets, choose);
+  panel.select_dataset(wanted.id);
   panel.fill_failed_list(page.datasets, (id) => delete_failed(id).catch(report));
 }
 
@@ -191,27 +231,39 @@ async function delete_failed(id) {
   const response = await ask(base_of(id), { method: "DELETE" });
   // Somebody else may have been quicker: then it is gone as well.
   if (!response.ok && response.status !== 404) throw new Error(`${id} could not be deleted: HTTP ${response.status}`);
-  await list_datasets(page.manifest?.id);
+  await list_datasets();
 }
 
-// What becomes of an upload or of a build that was under way, in words and in the list. own: it was begun on this page.
-const follow = (own) => ({
-  progress: panel.show_progress,
-  provisional: (id) => {
-    if (page.manifest?.id === id) return show_dataset(id).catch(report);
-    if (!own && page.manifest) return list_datasets(page.manifest.id).catch(report);  // somebody looks at another
-    return list_datasets(id).then(() => choose(id)).catch(report);
+// To what was posted here, unless somebody has chosen something else since.
+function go_to(id) {
+  choose(id);
+  list_datasets().catch(report);
+}
+
+const on_builds = {
+  cancelled: (id) => {
+    if (id && id === wanted.id) panel.say_state("Its build was cancelled, and it is deleted.", true);
+    return list_datasets().catch(report);
   },
-  ready: async (id) => {
-    panel.show_progress(null);
-    await list_datasets(id).then(() => choose(id)).catch(report);
+  lazy: (id, is_lazy) => {
+    if (wanted.lazy === is_lazy) return;
+    wanted.lazy = is_lazy;
+    if (page.id === id) panel.say_state(first_look());
   },
-  failed: async (words) => {
-    panel.show_progress(null);
+  tiles: (id, told) => {
+    if (id === wanted.id) return sharpen(id, told);
+    return builds.goes_to(id) && go_to(id);
+  },
+  ready: (id) => {
+    if (id === wanted.id) open(id);
+    else if (builds.goes_to(id)) return go_to(id);
+    return list_datasets().catch(report);
+  },
+  failed: (words) => {
     panel.say(words, "problem");
-    await list_datasets(page.manifest?.id).catch(report);
+    return list_datasets().catch(report);
   },
-});
+};
 
 function watch_frames(scene) {
   scene.preUpdate.addEventListener(() => page.looks?.follow(scene.camera));
@@ -225,7 +277,12 @@ function watch_frames(scene) {
     show_scale(metres_a_pixel(page.widget));
     panel.show_heading(scene.camera.heading);
   });
-  scene.camera.moveEnd.addEventListener(() => { if (page.manifest) write_link({ camera: camera_numbers(scene.camera) }); });
+  scene.camera.moveEnd.addEventListener(write_place);
+}
+
+// The camera, and the dataset that it is at; not while another one is waited for.
+function write_place() {
+  if (page.manifest && page.id === wanted.id) write_link({ dataset: wanted.id, camera: camera_numbers(page.scene.camera) });
 }
 
 // Of tiles, as they came over the line. The browser's own account: entries are added up once.
@@ -271,14 +328,14 @@ function toggle(tool) {
 }
 
 const make_viewshed = () => new Viewshed({
-  base: () => base_of(page.manifest.id), on_error: report,
+  base: () => base_of(page.id), on_error: report,
   on_picture: (pictures) => { page.looks?.lay_over(pictures); page.scene.requestRender(); },
-  on_change: (words) => { panel.press("look-around", page.viewshed?.on); panel.say(words); write_link(); },
+  on_change: (words) => { panel.press("look-around", page.viewshed?.on); panel.say_of_tool(words); write_link(); },
 });
 
 const make_profile = () => new Profile(page.scene, {
-  base: () => base_of(page.manifest.id), factor: () => page.scene.verticalExaggeration, on_error: report,
-  on_change: (words) => { panel.press("measure", page.profile?.on); panel.say(words); },
+  base: () => base_of(page.id), factor: () => page.scene.verticalExaggeration, on_error: report,
+  on_change: (words) => { panel.press("measure", page.profile?.on); panel.say_of_tool(words); },
 });
 
 const kCloser = 0.6;
@@ -288,7 +345,7 @@ const on_page = {
     const shaded = panel.look().look === kShadedRelief;
     if (changed === "look" && page.manifest && shaded !== page.looks.normal_maps) {  // other tiles
       write_link();
-      return show_dataset(page.manifest.id).catch(report);
+      return on_its_way(page.id, show_dataset(page.id));
     }
     if (changed === "look") {
       panel.fill_ramps([], "");
@@ -299,7 +356,7 @@ const on_page = {
     return apply_look();
   },
   controls: () => { write_link(); apply_controls(); },
-  home, link: () => window.location.href,
+  home, link: () => { write_place(); return window.location.href; },
   closer: () => zoom(page.widget, page.tileset, kCloser), farther: () => zoom(page.widget, page.tileset, 1 / kCloser),
   north: () => face_north(page.widget, page.tileset),
   measure: () => toggle(page.profile), "look-around": () => toggle(page.viewshed),
@@ -318,22 +375,25 @@ async function start() {
   watch_pointer(page.widget);
   steer_by_keys(document.getElementById("globe"), page.scene.camera, home, take_middle);
   panel.on_controls(on_page);
-  const send = (files, options) => panel.on_cancel(post_rasters(files, options, follow(true)));
-  const draft = new Draft(send);
+  builds.on_builds(on_builds);
+  const draft = new Draft(builds.post);
   take_files((files) => draft.take(files));
+  window.addEventListener("hashchange", () => {  // a link that was put into this tab
+    if (set_camera(page.scene.camera, camera_named())) page.scene.requestRender();
+  });
+  window.setInterval(look_for_news, kNews_ms);
+  document.addEventListener("visibilitychange", look_for_news);
   show_earth(page.scene.camera);
-  const wanted = named("dataset");
-  await list_datasets(wanted);
+  wanted.id = named("dataset");
+  const listed = list_datasets();
+  if (wanted.id) listed.catch(report);
+  else await listed;
   const shows = ({ state, provisional }) => state === "ready" || provisional;
-  const soon = page.datasets.some((dataset) => dataset.id === wanted && !shows(dataset));
-  const chosen = soon ? null : wanted || page.datasets.find(shows)?.id;
-  const going = page.datasets.find(({ state }) => state === "running" || state === "queued");
-  if (going) watch_build(going.id, follow(going.id === wanted));
-  if (!chosen) return going ? undefined : show_welcome((file) => { hide_welcome(); send([file], {}); }, report);
-  panel.select_dataset(chosen);
+  const id = wanted.id || (page.datasets.find(shows) ?? page.datasets.find(({ state }) => state !== "failed"))?.id;
+  if (!id) return show_welcome((file) => { hide_welcome(); builds.post([file], {}); }, report);
   const [longitude, latitude] = (named("seen_from") ?? "").split(",").map(Number);  // before another dataset's is forgotten
-  await show_dataset(chosen, camera_named());
-  if (Number.isFinite(longitude) && Number.isFinite(latitude)) page.viewshed.take({ longitude, latitude });
+  await open(id);
+  if (page.id === id && Number.isFinite(longitude) && Number.isFinite(latitude)) page.viewshed.take({ longitude, latitude });
 }
 
 start().catch(report);

@@ -16,9 +16,12 @@ export const kTiny = { viewport: { width: 240, height: 180 }, ...kTerrainAlone }
 
 const apart = (a, b) => Math.hypot(...a.map((value, k) => value - b[k]));
 
-// From a file to the terrain, all of it by the page. Gives the page.
+// From a file to the terrain, all of it by the page, which shows another dataset before. Gives the page.
 export async function try_upload(browser, url, raster) {
   const { page, complaints } = await open_page(browser, url, kTiny);
+  const shown = await (await page.waitForFunction(() => window.cordillera?.id)).jsonValue();
+  await page.evaluate(() => document.getElementById("link").click());
+  assert.equal(new URL(await page.evaluate(() => window.location.href)).searchParams.get("dataset"), shown, "a link to the page's view does not name the dataset");
   const before = await page.$$eval("#datasets option", (options) => options.map(({ value }) => value));
   await page.route("**/v1/datasets?limit=500", (route) => route.continue({ url: route.request().url().replace("500", "1") }));  // a list of many pages
   await page.setInputFiles("#file", raster);
@@ -85,6 +88,26 @@ export async function try_bad_upload(page, file) {
   await page.waitForFunction(() => document.getElementById("message").className === "problem");
   const words = await page.textContent("#message");
   assert.match(words, /Accepted: .*GeoTIFF/, `what would be accepted is not said: ${words}`);
+  await page.setViewportSize({ width: 390, height: 740 });  // a phone, where legend and scale stand above the words
+  if (await page.isVisible("#body")) await page.click("#fold");
+  await page.waitForFunction(() => {
+    const { top } = document.getElementById("panel").getBoundingClientRect();
+    const parts = ["legend", "scale"].map((id) => document.getElementById(id).getBoundingClientRect()).filter(({ height }) => height > 0);
+    return parts.length > 0 && parts.every(({ bottom }) => bottom <= top);
+  });
+}
+
+// A build that was begun on the page can be cancelled there: the service forgets it.
+export async function try_cancel(page, url, raster) {
+  const posted = page.waitForResponse((response) => response.request().method() === "POST");
+  await page.setInputFiles("#file", raster);
+  const id = (await posted).headers().location.split("/").at(-1);
+  await page.waitForFunction(() => !document.getElementById("going").hidden && !document.getElementById("stage").textContent.startsWith("sending"));
+  const deleted = page.waitForResponse((response) => response.request().method() === "DELETE");
+  await page.click("#cancel");
+  assert.ok((await deleted).url().endsWith(`/${id}`), "another dataset is deleted");
+  assert.equal((await fetch(`${url}/v1/datasets/${id}`)).status, 404, "the server still has it");
+  assert.equal(await page.isVisible("#going"), false, "the progress is still there");
   await page.close();
 }
 
@@ -186,10 +209,14 @@ export async function try_profile(page) {
   assert.equal(drawn, points.length, "the picture leaves places out");
   await page.hover("#profile-chart");
   await page.waitForFunction(() => /: [\d.]+ m$/.test(document.getElementById("profile-place").textContent));
+  await page.click("#fold");
+  await page.setViewportSize({ width: 1100, height: 650 });
+  const [left, right] = await page.evaluate(() => [document.getElementById("foot").getBoundingClientRect().left, document.getElementById("panel").getBoundingClientRect().right]);
+  assert.ok(left >= right, `the profile and what stands beside it cover ${right - left} px of the panel`);
+  await page.setViewportSize({ width, height });
   await page.click("#profile-close");
   assert.equal(await page.isVisible("#profile"), false);
   assert.equal(await page.getAttribute("#measure", "aria-pressed"), "false");
-  await page.click("#fold");
 }
 
 // The page names its camera in the link when the movement has ended, which software graphics make as late as they like.

@@ -1,12 +1,13 @@
 // Looks at the viewer as a person would: does it load, is there relief, are there cracks, is it in the right place?
 //   node look.mjs --chromium PATH --url URL --empty URL --terrain ID --flat ID --failed ID,ID --known known.json
-//     --folder ID --raster FILE --bad FILE --held ID --job PROCESS --pictures FOLDER
+//     --folder ID --raster FILE --bad FILE --held ID --job PROCESS --lazy ID --lazy-url URL --fine FILE --pictures FOLDER
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { parseArgs } from "node:util";
 
 import { kTerrainAlone, open_dataset, with_browser } from "./browser.mjs";
-import { kSmall, try_bad_upload, try_draft, try_imagery, try_keys, try_link, try_link_of_controls, try_looks, try_phone, try_pointer, try_profile, try_sample, try_snippets, try_upload } from "./controls.mjs";
+import { kSmall, try_bad_upload, try_cancel, try_draft, try_imagery, try_keys, try_link, try_link_of_controls, try_looks, try_phone, try_pointer, try_profile, try_sample, try_snippets, try_upload } from "./controls.mjs";
+import { try_asleep, try_choice, try_lazy, try_new_version } from "./following.mjs";
 import { try_live } from "./live.mjs";
 import { try_failed_uploads, try_folding, try_low_window } from "./panel.mjs";
 import { try_relief, try_relief_of_folder } from "./relief.mjs";
@@ -18,7 +19,7 @@ const kLeastRelief = 6;
 // Geoid interpolation, float32 positions, and steps of 2^-10 m.
 const kHeightTolerance_m = 0.2;
 
-const names = ["chromium", "url", "empty", "terrain", "flat", "failed", "known", "folder", "raster", "bad", "held", "job", "pictures"];
+const names = ["chromium", "url", "empty", "terrain", "flat", "failed", "known", "folder", "raster", "bad", "held", "job", "lazy", "lazy-url", "fine", "pictures"];
 const { values: given } = parseArgs({ options: Object.fromEntries(names.map((name) => [name, { type: "string" }])) });
 
 // What others of these prove in part is left to tests/run.sh --all: drawing in software takes most of the time of all tests.
@@ -108,6 +109,7 @@ async function look_at_flat(browser) {
   await page.click("#fold");  // on a small window the controls are folded away at first
   await check("panel: failed uploads stand apart, with their reason, and can be deleted", () => try_failed_uploads(page, given.url, failed));
   await page.screenshot({ path: `${given.pictures}/failed.png` });
+  await check("version: another one takes the place of the one that is shown", () => try_new_version(page, given.url, given.flat, "flat_ground_at_500_metres_in_the_alps_again"));
   await check("panel: folds, and is small on a small window", () => try_folding(page));
   await check_if(all, "panel: a window of 750 px holds all of it", () => try_low_window(page));
   await page.close();
@@ -133,10 +135,16 @@ async function use_controls(browser) {
   await check("upload: a GeoTIFF given to the page is shown", async () => { uploading = await try_upload(browser, given.url, given.raster); });
   await check_if(all, "upload: options, with an estimate first, and two rasters as one dataset", () => try_draft(uploading, given.url, given.raster));
   await check("upload: what is no raster is answered with what would be", () => try_bad_upload(uploading, given.bad));
+  await check("upload: a build that was begun on the page is cancelled there", () => try_cancel(uploading, given.url, given.fine));
 }
 
 await with_browser(given.chromium, async (browser) => {
+  let still_chosen;
+  await check("choice: what somebody chose stays, and its build is listened to", async () => { still_chosen = await try_choice(browser, given.url, { held: given.held, terrain: given.terrain }); });
   await check("live: final tiles take the place of provisional ones without a flash", () => try_live(browser, given.url, given.held, Number(given.job)));
+  await check("choice: it stays when the build of another one is done", () => still_chosen());
+  await check("lazy: says how much is made, and sharpens where somebody looks", () => try_lazy(browser, given["lazy-url"], given.lazy));
+  await check("asleep: is woken by whoever opens it", () => try_asleep(browser, given.url, given.terrain));
   await check("relief: shaded from normal maps, as the service's picture is", () => try_relief(browser, given.url, given.terrain));
   await check_if(all, "relief: a folder of finished tiles has the picture", () => try_relief_of_folder(browser, given.url, given.folder));
   await look_at_terrain(browser);

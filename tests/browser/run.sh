@@ -20,6 +20,10 @@ cp "$here"/*.mjs "$modules"
 server_data=$work/empty start_server "$build"
 empty=$url
 sample=$repository/deploy/sample/white_mountains_srtm3.tif
+# One whose blocks are made where people look. It has a server of its own, for its job goes on as long as they do.
+gdal_translate -q -outsize 2600 1800 -r bilinear "$sample" "$work/fine.tif"
+server_data=$work/lazy start_server "$build" --build lazy
+lazy=$(post "$work/fine.tif") lazy_url=$url
 # What the page itself is to post: some of the sample. And a folder of finished tiles of it.
 gdal_translate -q -srcwin 300 200 200 200 "$sample" "$work/part.tif"
 "$cordillera" build "$work/part.tif" -o "$work/folder" --formats 3d-tiles,relief --quiet
@@ -44,4 +48,4 @@ hold "$sample" --error 1 --pixels lattice  # meeting every pixel would take five
 curl -fsS -o "$work/manifest.json" "$url/v1/datasets/$terrain/manifest.json"
 python3 "$here/known_heights.py" "$sample" "$work/manifest.json" >"$work/known.json"
 node "$modules/look.mjs" --chromium "$chromium" --url "$url" --empty "$empty" --terrain "$terrain" --flat "$flat" --failed "$failed" --known "$work/known.json" \
-  --folder folder --raster "$work/part.tif" --bad "$work/bad.tif" --held "$held" --job "$held_job" --pictures "$pictures"
+  --folder folder --raster "$work/part.tif" --bad "$work/bad.tif" --held "$held" --job "$held_job" --lazy "$lazy" --lazy-url "$lazy_url" --fine "$work/fine.tif" --pictures "$pictures"

@@ -20,8 +20,13 @@ element("token").onsubmit = (event) => {
   location.reload();
 };
 
+// A dataset that is asleep is made again for whoever reads it, and has to be waited for.
 async function fetch_json(path) {
-  const response = await fetch(`${dataset}/${path}`, { headers });
+  const response = await fetch(`${dataset}/${path}`, { headers }), wait_s = Number(response.headers.get("Retry-After"));
+  if (response.status === 503 && wait_s > 0) {
+    await new Promise((then) => setTimeout(then, 1000 * wait_s));
+    return fetch_json(path);
+  }
   const body = await response.json().catch(() => ({}));
   if (response.ok) return body;
   element("token").hidden = ![401, 403, 404].includes(response.status);
@@ -55,7 +60,7 @@ async function listen(hear) {
 }
 
 let manifest = null, formats = [];  // formats: what the dataset has; all of them, but for folders and archives of finished tiles
-const kProvisional = "A first look: finer tiles take its place when the build is done.";
+const kFirstLook = "A first look: finer tiles", kProvisional = `${kFirstLook} take its place when the build is done.`;
 function show_manifest(read) {
   manifest = read;
   document.title = `${read.title || read.name || id} · ${kClients[here]}`;
@@ -63,18 +68,30 @@ function show_manifest(read) {
   say(read.provisional ? kProvisional : "");
 }
 
-// Calls reload() whenever other tiles stand at the addresses that were read: finer provisional ones, then the final ones.
+// Of a lazy dataset nobody knows an end, but what is made of it.
+function show_progress({ stage, share, build }) {
+  const percent = (part) => `${Math.floor(100 * part)} %`;
+  if (build === "lazy") say(`${kFirstLook} are made where you look. ${percent(manifest.done_blocks?.share ?? 0)} of the terrain is made so far.`);
+  else if (share > 0) say(`${kProvisional} ${stage}, ${percent(share)}`);
+}
+
+// Calls reload() whenever other tiles stand at the addresses that were read: finer provisional ones, those of blocks that are done, then the
+// final ones. Those that come while it loads are read together afterwards.
 async function follow(reload) {
-  let turn = Promise.resolve();
-  const known = ({ provisional, levels }) => `${provisional} ${levels.at(-1).level}`;
-  let seen = known({ provisional: true, levels: [{ level: manifest.max_level }] });
+  let turn = Promise.resolve(), due = false, progress = null;
+  const known = ({ provisional, levels, tiles }) => `${provisional} ${levels.at(-1).level} ${tiles}`;
+  let seen = known({ provisional: true, levels: [{ level: manifest.max_level }], tiles: manifest.tiles });
   await listen((name, data) => {
-    if (name === "progress" && data.share > 0) say(`${kProvisional} ${data.stage}, ${Math.floor(100 * data.share)} %`);
+    if (name === "progress") show_progress(progress = data);
     if (name === "failed") say(data.detail || "The build failed.");
     if (name !== "tiles" || known(data) === seen) return;
     seen = known(data);
+    if (due) return;
+    due = true;
     turn = turn.then(async () => {
+      due = false;
       show_manifest(await fetch_json("manifest.json"));
+      if (manifest.provisional && progress) show_progress(progress);
       await reload();
       document.body.dataset.tiles = manifest.provisional ? "provisional" : "final";
     });
@@ -85,12 +102,14 @@ async function follow(reload) {
 // The dataset, as soon as there is something of it to be seen; then show() and, while it is being built, reload().
 async function start({ show, reload }) {
   const status = await fetch_json("../" + id);
-  if (status.state !== "ready" && !status.provisional && status.state !== "failed") {
+  if (status.state !== "ready" && !status.provisional && !status.asleep && status.state !== "failed") {
     say("Nothing can be seen yet.");
     await new Promise((seen) => listen((name) => { if (["tiles", "ready", "failed"].includes(name)) seen(); }));
   }
+  if (status.asleep) say("Nobody has looked at this dataset for long. It is made again.");
+  const read = await fetch_json("manifest.json");
   formats = (status.faces ?? (await fetch_json("../" + id)).faces ?? []).map(({ name }) => name);
-  show_manifest(await fetch_json("manifest.json"));
+  show_manifest(read);
   await show();
   document.body.dataset.tiles = manifest.provisional ? "provisional" : "final";
   if (manifest.provisional) await follow(reload);

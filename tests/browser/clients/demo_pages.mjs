@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { extname, join } from "node:path";
 
-import { open_client, picture_of } from "./browser_page.mjs";
+import { come_to, open_client, picture_of } from "./browser_page.mjs";
 
 export const kDemoPages = ["leaflet", "openlayers", "maplibre", "threejs", "deckgl", "cesium"];
 export const kLibraryHost = "https://cdn.jsdelivr.net";
@@ -119,6 +119,26 @@ export async function try_following_pages({ browser, url, id, job, modules }) {
     await one.page.close();
   }
   return `${kFollowing.join(", ")} show the final tiles`;
+}
+
+// A lazy dataset: each block that somebody looks at is on the page, and how much is made is said. Here others look, one after the other, at
+// the places that lie at these shares of its width.
+const kLooks = [0.2, 0.8];
+export async function try_lazy_page({ browser, url, id, modules }) {
+  const opened = await open_client(browser, `${url}/v1/datasets/${id}/demo/leaflet.html`, [url, kLibraryHost],
+    { started: () => document.body.dataset.tiles, prepare: (page) => serve_libraries(page, modules) });
+  const { page, answered } = opened, at = `${url}/v1/datasets/${id}`, read = () => answered.filter((one) => one === `${at}/manifest.json`).length;
+  const { bounds: [west, south, east, north], done_blocks: { level } } = await (await fetch(`${at}/manifest.json`)).json(), side = 180 / 2 ** level;
+  for (const across of kLooks) {
+    const before = read(), x = Math.floor((west + across * (east - west) + 180) / side), y = Math.floor(((south + north) / 2 + 90) / side);
+    const look = await fetch(`${at}/tiles/${level}/${x}/${y}.drc`, { headers: { Prefer: "wait=60" } });
+    assert.equal(look.status, 200);
+    await come_to(opened, () => read() > before, "the page does not show the block");
+  }
+  await page.waitForFunction(() => / made where you look\. [1-9]\d* % /.test(document.getElementById("message").textContent));
+  assert.deepEqual(opened.complaints, [], "the browser complained");
+  await page.close();
+  return `${kLooks.length} blocks are shown as they are made`;
 }
 
 // A folder that `cordillera build` wrote. Its index.html, from a plain web server, shows the terrain; and so does the viewer of

@@ -1,7 +1,7 @@
 // Runs the code of every client page, one after another, against a real server; pages in one Chromium.
 //   node look.mjs --chromium PATH --url URL --terrain ID --flat ID --known known.json --archives FOLDER
 //                 --docs FOLDER --modules FOLDER --pictures FOLDER --private ID --token TOKEN
-//                 --held ID --job PROCESS --plain URL --viewer URL [--only NAME,NAME]
+//                 --held ID --job PROCESS --lazy ID --lazy-url URL --plain URL --viewer URL [--only NAME,NAME]
 import { mkdirSync, readFileSync, rmSync } from "node:fs";
 import { parseArgs } from "node:util";
 
@@ -9,14 +9,14 @@ import { with_browser } from "../browser.mjs";
 import { open_client } from "./browser_page.mjs";
 import { bundle_all } from "./bundles.mjs";
 import { kHeightTolerance_m } from "./checks.mjs";
-import { kDemoPages, try_demo_page, try_archive_view, try_folder_page, try_folder_view, try_following_pages, try_imagery_pages, try_private_page, try_qgis_page } from "./demo_pages.mjs";
+import { kDemoPages, try_demo_page, try_archive_view, try_folder_page, try_folder_view, try_following_pages, try_imagery_pages, try_lazy_page, try_private_page, try_qgis_page } from "./demo_pages.mjs";
 import { kArchiveBlocks, kBrowserClients, kMeshBlocks, kTilesetBlocks } from "./clients.mjs";
 import { try_archive_block, try_mesh_block, try_drc_program, try_tileset_block } from "./node_clients.mjs";
 import { start_page_server } from "./page_server.mjs";
 import { block_of, page_of, snippet_of } from "./snippets.mjs";
 import { try_browser_client } from "./try_browser.mjs";
 
-const options = ["chromium", "url", "terrain", "flat", "known", "archives", "docs", "modules", "pictures", "private", "token", "held", "job", "plain", "viewer", "only"];
+const options = ["chromium", "url", "terrain", "flat", "known", "archives", "docs", "modules", "pictures", "private", "token", "held", "job", "lazy", "lazy-url", "plain", "viewer", "only"];
 const { values: given } = parseArgs({ options: Object.fromEntries(options.map((name) => [name, { type: "string" }])) });
 const wanted = ({ name }) => !given.only || given.only.split(",").includes(name);
 const in_browser = kBrowserClients.filter(wanted);
@@ -66,6 +66,7 @@ async function run_demo_pages(shared) {
   for (const name of kDemoPages.filter(among)) await run(`demo-${name}`, () => try_demo_page(name, shared));
   if (among("qgis")) await run("demo-qgis", () => try_qgis_page(shared));
   if (among("live")) await run("demo-live", () => try_following_pages({ ...shared, id: given.held, job: Number(given.job) }));
+  if (among("lazy")) await run("demo-lazy", () => try_lazy_page({ ...shared, url: given["lazy-url"], id: given.lazy }));
   if (wanted({ name: "folder-page" })) await run("folder-page", () => try_folder_page({ ...shared, plain: given.plain }));
   if (wanted({ name: "archive-view" })) await run("archive-view", () => try_archive_view({ ...shared, viewer: given.viewer }));
   if (wanted({ name: "folder-view" })) await run("folder-view", () => try_folder_view({ ...shared, viewer: given.viewer }));

@@ -11,7 +11,7 @@ set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 build=$(cd "${1:?usage: tests/browser/clients/run.sh BUILD [PICTURES]}" && pwd)
 . "$here/../../real_server.sh" 'The client test'
-first_of_each=cesium-3d-tiles,cesium-terrain,three-3d-tiles,deck-3d-tiles,maplibre,openlayers,leaflet,demo-live,demo-private
+first_of_each=cesium-3d-tiles,cesium-terrain,three-3d-tiles,deck-3d-tiles,maplibre,openlayers,leaflet,demo-live,demo-lazy,demo-private
 first_of_each+=,loaders-gl-draco,loaders-gl-quantized-mesh,loaders-gl-3d-tiles,pmtiles,drc-program
 need_node gdal_create gdal_translate
 need_chromium
@@ -26,9 +26,13 @@ cp -r "$here"/*.mjs "$here/drivers" "$modules/clients"
 
 # The same place, size and pixels as the sample's, without its relief.
 token=$("$build/bin/cordillera" token new --name test --role write --file "$work/tokens" 2>/dev/null | sed -n 's/^token: //p')
+sample=$repository/deploy/sample/white_mountains_srtm3.tif
+# One whose blocks are made where people look. It has a server of its own, for its job goes on as long as they do.
+gdal_translate -q -outsize 2600 1800 -r bilinear "$sample" "$work/fine.tif"
+server_data=$work/lazy start_server "$build" --build lazy
+lazy=$(post "$work/fine.tif") lazy_url=$url
 start_server "$build" --tokens "$work/tokens"
 export CORDILLERA_TOKEN=$token
-sample=$repository/deploy/sample/white_mountains_srtm3.tif
 gdal_create -q -of GTiff -ot Int16 -outsize 960 540 -bands 1 -burn 500 -a_srs EPSG:4326 -a_ullr -71.85 44.5 -71.05 44.05 "$work/flat.tif"
 terrain=$(post "$sample")
 flat=$(post "$work/flat.tif")
@@ -60,4 +64,4 @@ python3 "$here/../known_heights.py" "$sample" "$work/manifest.json" >"$work/know
 node "$modules/clients/look.mjs" --chromium "$chromium" --url "$url" --terrain "$terrain" --flat "$flat" \
   --known "$work/known.json" --archives "$work/archives" \
   --docs "$repository/docs" --modules "$modules/node_modules" \
-  --pictures "$pictures" --private "$hidden" --token "$token" --held "$held" --job "$held_job" --plain "$plain" --viewer "$viewer" ${ONLY:+--only "$ONLY"}
+  --pictures "$pictures" --private "$hidden" --token "$token" --held "$held" --job "$held_job" --lazy "$lazy" --lazy-url "$lazy_url" --plain "$plain" --viewer "$viewer" ${ONLY:+--only "$ONLY"}

@@ -1,0 +1,29 @@
+// What the page asks the service: documents, and the list of datasets.
+import { ask } from "./token.js";
+
+export const base_of = (id) => `v1/datasets/${encodeURIComponent(id)}`;
+
+// patient(): whether it is asked again as long as the service answers that it has to be waited for, as for a dataset that is asleep.
+export async function fetch_json(url, patient = () => false) {
+  const response = await ask(url);
+  const wait_s = Number(response.headers.get("Retry-After"));
+  if (response.status === 503 && wait_s > 0 && patient()) {
+    await new Promise((then) => setTimeout(then, 1000 * wait_s));
+    if (patient()) return fetch_json(url, patient);
+  }
+  const body = await response.json().catch(() => ({}));
+  if (!response.ok) throw new Error(body.detail || body.title || `${url}: HTTP ${response.status}`);
+  return body;
+}
+
+// A list to choose from ends where nobody would look any more; an older dataset is reached by its link.
+const MOST_LISTED = 1000;
+export async function newest_datasets() {
+  const datasets = [];
+  for (let next = "v1/datasets?limit=500"; next && datasets.length < MOST_LISTED;) {
+    const here = await fetch_json(next);
+    datasets.push(...here.datasets);
+    next = here.next && `v1/datasets${new URL(here.next, document.baseURI).search}`;  // its path is the public one
+  }
+  return datasets;
+}

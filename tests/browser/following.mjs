@@ -1,0 +1,74 @@
+// Which dataset the page shows, and which build it listens to: the one that somebody chose, and nothing else.
+import assert from "node:assert/strict";
+
+import { open_page } from "./browser.mjs";
+import { kTiny } from "./controls.mjs";
+
+const shows = (page, id) => page.waitForFunction((wanted) => window.cordillera?.id === wanted, id);
+const named = (page) => page.evaluate(() => new URL(window.location.href).searchParams.get("dataset"));
+const choose = (page, id) => page.selectOption("#datasets", id, { force: true });  // the panel is folded
+
+// One that is ready is shown while another is being built, by link and by the list. Gives what is to be called when that build is over.
+export async function try_choice(browser, url, { held, terrain }) {
+  const { page, complaints, asked } = await open_page(browser, `${url}/?dataset=${terrain}`, kTiny);
+  const listens = () => asked.some((one) => one.endsWith(`/${held}/events`));
+  await shows(page, terrain);
+  assert.equal(listens(), false, "the page listens to a build that it does not show");
+  await choose(page, held);
+  await shows(page, held);
+  await page.waitForSelector("#going:not([hidden])");
+  assert.equal(listens(), true, "the page does not listen to the build that it shows");
+  assert.equal(await page.isVisible("#cancel"), false, "a build of somebody else can be cancelled");
+  await choose(page, terrain);
+  await shows(page, terrain);
+  await page.waitForSelector("#going", { state: "hidden" });
+  return async () => {
+    assert.deepEqual([await named(page), await page.evaluate(() => window.cordillera.id)], [terrain, terrain], "another dataset took its place");
+    assert.deepEqual(complaints, [], "the browser complained");
+    await page.close();
+  };
+}
+
+// It says how much is made, without a bar that never ends, and sharpens where the camera goes; a link that differs in the camera moves it.
+export async function try_lazy(browser, url, id) {
+  const { page, complaints } = await open_page(browser, `${url}/?dataset=${id}`, kTiny);
+  const said = (words) => page.waitForFunction((wanted) => new RegExp(wanted).test(document.getElementById("message").textContent), words);
+  await said("made where you look. 0 %");
+  assert.equal(await page.isVisible("#going"), false, "a bar waits for an end that nobody knows");
+  const tiles = await page.evaluate(() => window.cordillera.manifest.tiles);
+  await page.evaluate(() => { window.location.hash = "-71.3,44.27,4000,0,-89"; });
+  await page.waitForFunction(() => Math.abs(window.cordillera.scene.camera.positionCartographic.height - 4000) < 1);
+  await page.waitForFunction((before) => window.cordillera.manifest.tiles > before, tiles);
+  await said("made where you look. [1-9]\\d* %");
+  assert.equal(await named(page), id);
+  assert.deepEqual(complaints, [], "the browser complained");
+  await page.close();
+}
+
+// One that is asleep is read, which wakes it, and waited for. The service's answers for that are put in the place of those of one that is ready.
+export async function try_asleep(browser, url, id) {
+  const page = await browser.newPage(kTiny), at = `${url}/v1/datasets/${id}`, once = { times: 1 };
+  let refused = 0;
+  await page.route(at, async (route) => {
+    const json = await (await route.fetch()).json();
+    return route.fulfill({ json: { ...json, state: "queued", asleep: true, provisional: false } });
+  }, once);
+  await page.route(`${at}/events`, (route) => route.fulfill({ contentType: "text/event-stream", body: "retry: 600000\n\n" }));
+  await page.route(`${at}/manifest.json`, (route) => {
+    ++refused;
+    return route.fulfill({ status: 503, headers: { "Retry-After": "1" }, json: { detail: "it has to be waited for" } });
+  }, once);
+  await page.goto(`${url}/?dataset=${id}`);
+  await shows(page, id);
+  assert.equal(refused, 1, "its manifest was not asked for while it was asleep");
+  assert.equal(await page.evaluate(() => window.cordillera.error), null);
+  await page.close();
+}
+
+// Somebody gives the dataset that is shown another title: a new version, which the page notices when it is looked at again.
+export async function try_new_version(page, url, id, title) {
+  assert.equal((await fetch(`${url}/v1/datasets/${id}?title=${encodeURIComponent(title)}`, { method: "PATCH" })).status, 200);
+  await page.evaluate(() => document.dispatchEvent(new Event("visibilitychange")));
+  await page.waitForFunction((wanted) => document.getElementById("title").textContent === wanted, title);
+  await page.waitForFunction(() => /new version/.test(document.getElementById("message").textContent));
+}
