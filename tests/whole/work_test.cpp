@@ -242,7 +242,7 @@ TEST_F(Work, a_plan_of_another_version_is_refused) {
   plan.set_format(1);
   ASSERT_TRUE(work::write_plan(plan, shards_).ok());
   EXPECT_THAT(work::read_plan(shards_).problem().line(),
-              testing::HasSubstr("has format 1; this program makes and takes format 3"));
+              testing::HasSubstr("has format 1; this program makes and takes format 4"));
 }
 
 TEST_F(Work, the_same_rasters_in_another_order_are_another_plan) {
