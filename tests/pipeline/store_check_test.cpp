@@ -166,7 +166,7 @@ TEST_F(KeptStore, HasTheMeshesOfItsTasksAndNoOthers) {
         "note tasks: it cannot be read; expected: the plan of the build, with its tasks");
   finds("UPDATE meta SET value = x'0807', sum = row_sum(key, x'0807') WHERE key = 'tasks'",
         "note tasks: its format is 7; expected: up to 4");
-  finds("UPDATE meta SET value = x'0804', sum = row_sum(key, x'0803') WHERE key = 'tasks'",
+  finds("UPDATE meta SET value = x'0804', sum = row_sum(key, x'0804') WHERE key = 'tasks'",
         "note tasks: it is of another plan; expected: the plan in meta");
 }
 
