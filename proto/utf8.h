@@ -6,6 +6,9 @@
 
 namespace cordillera::proto {
 
+/// What editors and spreadsheets write before a text. It is no part of it.
+inline constexpr std::string_view kUtf8Mark = "\xef\xbb\xbf";
+
 /// As Unicode has it: shortest forms, no surrogates, nothing beyond U+10FFFF.
 inline bool is_utf8(std::string_view text) {
   for (std::size_t i = 0; i < text.size();) {

@@ -51,8 +51,13 @@ Window hull(std::vector<Window> windows, std::int64_t circle) {
 
 Window widened(const Window& w, std::int64_t by) { return {w.west - by, w.south - by, w.east + by, w.north + by}; }
 
-/// Its window ends at the outermost centres, and data may reach to those of the next raster.
 bool is_of_points(const proto::Source& source) { return source.pixel() == "point"; }
+
+/// How far beyond its window a raster among others may have data: of points that ends at the outermost centres, and data may
+/// reach to those of the next raster.
+std::int64_t reach_of_points(const proto::Source& source, const proto::Lattice& lattice) {
+  return is_of_points(source) ? reach_beyond(source, lattice) : 0;
+}
 
 class Mosaic final : public Source {
  public:
@@ -165,10 +170,9 @@ class Mosaic final : public Source {
   std::vector<std::size_t> under(const Window& window, const proto::Lattice& lattice) const {
     std::vector<std::size_t> found;
     for (std::size_t k = 0; k < members_.size(); ++k) {
-      Window own = coarser(members_[k].window, lattice);
-      if (members_.size() > 1 && is_of_points(members_[k].description))
-        own = widened(own, reach_beyond(members_[k].description, lattice));
-      if (touch(own, window, lattice)) found.push_back(k);
+      const Window own = coarser(members_[k].window, lattice);
+      const std::int64_t reach = members_.size() > 1 ? reach_of_points(members_[k].description, lattice) : 0;
+      if (touch(widened(own, reach), window, lattice)) found.push_back(k);
     }
     return found;
   }
@@ -219,7 +223,7 @@ class Mosaic final : public Source {
     if (known != neighbours_.end()) return known->second;
     constexpr std::int64_t kBeside = 2;
     const proto::Source& own = members_[member].description;
-    const Window wide = widened(members_[member].window, kBeside + (is_of_points(own) ? reach_beyond(own, kMemberLattice) : 0));
+    const Window wide = widened(members_[member].window, kBeside + reach_of_points(own, kMemberLattice));
     std::vector<GridNeighbour> found;
     for (std::size_t k = 0; k < members_.size(); ++k) {
       if (k == member || !may_share_grid(own, members_[k].description) || !touch(members_[k].window, wide, kMemberLattice))

@@ -252,10 +252,8 @@ struct ListFile {
   bool json = false;
 };
 
-/// The mark that editors write before a text in UTF-8. It is no part of it.
 std::string_view without_mark(std::string_view text) {
-  constexpr std::string_view kMark = "\xef\xbb\xbf";
-  return text.starts_with(kMark) ? text.substr(kMark.size()) : text;
+  return text.starts_with(proto::kUtf8Mark) ? text.substr(proto::kUtf8Mark.size()) : text;
 }
 
 Listed in_file(const ListFile& list, const GdalScope& scope) {

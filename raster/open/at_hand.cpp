@@ -84,20 +84,18 @@ Problem no_room(const std::string& name) {
 
 std::string key_of(const std::string& path, const std::string& name) { return path + "\n" + name + "\n" + state_of(path); }
 
-/// Editors and spreadsheets write it before a text; drivers take it for a part of the first word.
-constexpr std::string_view kMark = "\xef\xbb\xbf";
-
+/// Drivers take it for a part of the first word.
 bool begins_with_mark(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  std::string head(kMark.size(), '\0');
-  return file.read(head.data(), static_cast<std::streamsize>(head.size())) && head == kMark;
+  std::string head(proto::kUtf8Mark.size(), '\0');
+  return file.read(head.data(), static_cast<std::streamsize>(head.size())) && head == proto::kUtf8Mark;
 }
 
 std::optional<Problem> copy_without_mark(const std::string& path, const std::string& to, const std::string& name) {
   std::error_code error;
   if (auto full = raster::no_room(to, fs::file_size(path, error), "a copy of " + name)) return full;
   std::ifstream from(path, std::ios::binary);
-  from.seekg(static_cast<std::streamoff>(kMark.size()));
+  from.seekg(static_cast<std::streamoff>(proto::kUtf8Mark.size()));
   std::ofstream copy(to, std::ios::binary);
   copy << from.rdbuf();
   return copy.flush() ? std::nullopt : std::optional(no_room(name));

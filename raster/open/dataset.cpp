@@ -162,15 +162,14 @@ Problem not_opened(const AtHand& raster, const std::string& message) {
           accepted_formats(raster.file), ""};
 }
 
-/// Of a text grid: a grid of whole numbers that has nan or inf is read as one of fractions, where GDAL knows them.
+/// A text grid of whole numbers that has nan or inf is opened again as one of fractions: there GDAL knows them.
 proto::Result<void> read_words(Dataset& dataset, const std::string& place) {
   static constexpr const char *kGrid[] = {"AAIGrid", nullptr}, *kFractions[] = {"DATATYPE=Float64", nullptr};
   if (dataset.driver != kGrid[0]) return {};
   const auto not_finite = has_not_finite(dataset.path, dataset.name);
   if (!not_finite) return not_finite.problem();
-  const GDALRasterBand* const band = dataset.handle->GetRasterBand(1);
-  if (!*not_finite || band == nullptr || !GDALDataTypeIsInteger(const_cast<GDALRasterBand*>(band)->GetRasterDataType()))
-    return {};
+  GDALRasterBand* const band = dataset.handle->GetRasterBand(1);
+  if (!*not_finite || band == nullptr || !GDALDataTypeIsInteger(band->GetRasterDataType())) return {};
   dataset.handle.reset(GDALDataset::Open(place.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, kGrid, kFractions, nullptr));
   if (dataset.handle) return {};
   return Problem{"raster-unreadable", dataset.name + " cannot be opened a second time", "a file that stays as it is", ""};

@@ -1,7 +1,6 @@
 #include "raster/open/text_grid.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -10,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "proto/letters.h"
 #include "proto/utf8.h"
 
 namespace cordillera::raster {
@@ -27,23 +27,17 @@ struct Words {
   std::uint64_t line = 0;
 };
 
-std::string lower_case(std::string_view word) {
-  std::string lower(word);
-  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return lower;
-}
-
 /// Whether a line of the header begins so.
 bool is_keyword(std::string_view word) {
   constexpr std::string_view kBeginnings[] = {"ncols", "nrows", "xll", "yll", "cellsize", "dx", "dy", "nodata"};
-  const std::string lower = lower_case(word);
+  const std::string lower = proto::lower(word);
   return std::any_of(std::begin(kBeginnings), std::end(kBeginnings),
                      [&](std::string_view begin) { return lower.starts_with(begin); });
 }
 
 bool is_not_finite(std::string_view word) {
   if (word.starts_with('-') || word.starts_with('+')) word.remove_prefix(1);
-  const std::string lower = lower_case(word);
+  const std::string lower = proto::lower(word);
   // "1.#INF" and "1.#QNAN" are of Microsoft's library.
   return lower == "nan" || lower == "inf" || lower == "infinity" || lower.starts_with("nan(") || lower.starts_with("1.#");
 }
@@ -58,7 +52,7 @@ class Reader {
         continue;
       }
       // Of numbers, which are nearly all there is, no letter is looked at twice.
-      is_word_ = is_word_ || (std::isalpha(static_cast<unsigned char>(c)) != 0 && c != 'e' && c != 'E') || c == '#';
+      is_word_ = is_word_ || (proto::is_letter(c) && c != 'e' && c != 'E') || c == '#';
       if (word_.size() < kMostOfWord) word_ += c;
     }
   }

@@ -24,8 +24,7 @@ std::optional<proto::Problem> refuse_audit_log(const std::filesystem::path& file
 
 namespace {
 
-/// Half a line at the end, lest the next one is glued to it. What another process has written behind it stays, and so does the
-/// half.
+/// Cuts half a line off, or the next one would be glued to it. Where another process has written behind it, nothing is cut off.
 void take_back(int file, ssize_t bytes) {
   const off_t end = ::lseek(file, 0, SEEK_CUR);
   struct stat now {};

@@ -25,10 +25,8 @@ function collect_complaints(page, url) {
   page.on("pageerror", (error) => complaints.push(String(error)));
   page.on("requestfailed", (request) => {
     const why = request.failure()?.errorText;
-    const { pathname } = new URL(request.url());
-    // The page stops listening when a build is over, and wants no tiles any more that others have taken the place of.
-    const given_up = why === "net::ERR_ABORTED" && (pathname.endsWith("/events") || pathname.includes("/tiles/"));
-    if (!given_up) complaints.push(`${request.url()}: ${why}`);
+    const heard_all = request.url().endsWith("/events") && why === "net::ERR_ABORTED";  // the page stops listening when a build is over
+    if (!heard_all) complaints.push(`${request.url()}: ${why}`);
   });
   page.on("response", (response) => { if (response.status() >= 400) complaints.push(`${response.url()}: ${response.status()}`); });
   page.on("request", (request) => {

@@ -8,6 +8,9 @@ const shows = (page, id) => page.waitForFunction((wanted) => window.cordillera?.
 const named = (page) => page.evaluate(() => new URL(window.location.href).searchParams.get("dataset"));
 const choose = (page, id) => page.selectOption("#datasets", id, { force: true });  // the panel is folded
 
+// The page wants no tiles any more that others have taken the place of, as they do again and again while a dataset is made.
+const is_given_up = (complaint) => /\/tiles\/.*: net::ERR_ABORTED$/.test(complaint);
+
 // One that is ready is shown while another is being built, by link and by the list. Gives what is to be called when that build is over.
 export async function try_choice(browser, url, { held, terrain }) {
   const { page, complaints, asked } = await open_page(browser, `${url}/?dataset=${terrain}`, kTiny);
@@ -24,7 +27,7 @@ export async function try_choice(browser, url, { held, terrain }) {
   await page.waitForSelector("#going", { state: "hidden" });
   return async () => {
     assert.deepEqual([await named(page), await page.evaluate(() => window.cordillera.id)], [terrain, terrain], "another dataset took its place");
-    assert.deepEqual(complaints, [], "the browser complained");
+    assert.deepEqual(complaints.filter((one) => !is_given_up(one)), [], "the browser complained");
     await page.close();
   };
 }
@@ -41,7 +44,7 @@ export async function try_lazy(browser, url, id) {
   await page.waitForFunction((before) => window.cordillera.manifest.tiles > before, tiles);
   await said("made where you look. [1-9]\\d* %");
   assert.equal(await named(page), id);
-  assert.deepEqual(complaints, [], "the browser complained");
+  assert.deepEqual(complaints.filter((one) => !is_given_up(one)), [], "the browser complained");
   await page.close();
 }
 
