@@ -157,11 +157,9 @@ std::string event_text(const std::string& name, const Json& data) {
 class EventStream {
  public:
   EventStream(Service& service, const Request& request, std::string id, Token token)
-      : service_(service),
-        id_(std::move(id)),
-        path_(public_path(request, id_)),
-        asks_{.method = request.method, .headers = request.headers, .client = request.client},
-        token_(std::move(token)) {}
+      : service_(service), id_(std::move(id)), path_(public_path(request, id_)), asks_(request), token_(std::move(token)) {
+    asks_.read_body = nullptr;  // it does not outlive the request
+  }
 
   /// Empty: nothing new.
   std::optional<std::string> next() {
@@ -213,7 +211,7 @@ class EventStream {
 
   Service& service_;
   std::string id_, path_;
-  Request asks_;  ///< without a body: who it is
+  Request asks_;  ///< who it is
   Token token_;
   std::uint64_t seen_ = 0;
   std::optional<std::size_t> place_;              ///< that was told

@@ -166,8 +166,8 @@ TEST(ExactAbove, SidesStayWhereTheGroundCloses) {
   EXPECT_LT(on_column[(kColumns - 1) / 2].size(), 6u);
   // Each may become one vertex with what is across: 14 neighbours together.
   for (const auto& [v, triangles] : triangles_at) {
-    if (mesh.x[v] == 0 || mesh.x[v] == kColumns - 1) EXPECT_LE(triangles, 7u) << mesh.y[v];
-    if (mesh.x[v] == (kColumns - 1) / 2) EXPECT_LE(triangles, 8u) << mesh.y[v];
+    if (mesh.x[v] == 0 || mesh.x[v] == kColumns - 1) { EXPECT_LE(triangles, 7u) << mesh.y[v]; }
+    if (mesh.x[v] == (kColumns - 1) / 2) { EXPECT_LE(triangles, 8u) << mesh.y[v]; }
   }
 }
 

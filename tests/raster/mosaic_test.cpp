@@ -160,7 +160,7 @@ std::vector<std::array<std::int64_t, 3>> sorted_pixels(raster::Source& source, i
 
 TEST_F(Mosaic, rasters_of_one_grid_are_interpolated_across_their_sides) {
   const auto slope = [](int c, int r) { return 10.0 * c + std::fmod(r * 37.0, 50.0) + std::fmod(c * 13.0, 31.0); };
-  for (const auto [finer, point] : {std::pair(0, false), {2, false}, {0, true}, {2, true}}) {  // pixels of one and of four cells
+  for (const auto& [finer, point] : {std::pair(0, false), {2, false}, {0, true}, {2, true}}) {  // pixels of one and of four cells
     const auto piece = [&, finer = finer, point = point](const std::string& name, int column, int row, int columns, int rows) {
       Spec spec;
       spec.point = point;
