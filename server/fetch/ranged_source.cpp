@@ -142,7 +142,8 @@ std::vector<RangedSource::Run> RangedSource::missing(std::span<const raster::Byt
   return runs;
 }
 
-proto::Result<void> RangedSource::have(std::span<const raster::ByteRange> ranges, const std::function<bool()>& stopped) {
+proto::Result<void> RangedSource::have(std::span<const raster::ByteRange> ranges, const std::function<bool()>& stopped,
+                                       const std::function<void()>& came) {
   std::uint64_t asked = 0;
   for (const raster::ByteRange& range : ranges) {
     const bool within = range.first <= place_.print.bytes && range.count <= place_.print.bytes - range.first;
@@ -157,6 +158,7 @@ proto::Result<void> RangedSource::have(std::span<const raster::ByteRange> ranges
     }
     if (auto fetched = fetch(run, stopped); !fetched) return fetched;
     last_ = run;
+    came();
   }
   return {};
 }

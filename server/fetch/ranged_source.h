@@ -57,8 +57,9 @@ class RangedSource {
 
   /// Has them in the file. Whoever asks is not trusted. Problems: "source-unreachable", "source-replaced", "option-forbidden" (a
   /// redirect), "body-too-large" (more was fetched than a raster may have), "storage-full", "cancelled"; "internal": there are no
-  /// such bytes, or too many at once.
-  proto::Result<void> have(std::span<const raster::ByteRange> ranges, const std::function<bool()>& stopped);
+  /// such bytes, or too many at once. came: after each request, which is what takes time.
+  proto::Result<void> have(std::span<const raster::ByteRange> ranges, const std::function<bool()>& stopped,
+                           const std::function<void()>& came);
   /// What came since the last note is noted on disk, after it is there: a block that was cut off is never taken for whole.
   void note();
 

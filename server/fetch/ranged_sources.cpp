@@ -17,7 +17,14 @@ proto::Result<void> RangedSources::have(std::uint64_t number, std::span<const ra
   } else {
     opened_.splice(opened_.begin(), opened_, found);
   }
-  return opened_.front().second->have(ranges, stopped);
+  Clock::time_point from = Clock::now();
+  const auto came = [&] {
+    const Clock::time_point now = Clock::now();
+    waited_ += now - from;
+    from = now;
+    tell_waited_(waited_);
+  };
+  return opened_.front().second->have(ranges, stopped, came);
 }
 
 void RangedSources::note() {

@@ -140,7 +140,7 @@ proto::Result<void> JobQueue::begin_listed(proto::ListedRasters& listed, const f
 }
 
 /// What a job of the dataset reads as it comes; null: its rasters are there. The job is told of those that a list names.
-std::unique_ptr<updates::RangedSources> JobQueue::sources_of(const Dataset& dataset, proto::Job& job) const {
+std::unique_ptr<updates::RangedSources> JobQueue::sources_of(const Dataset& dataset, proto::Job& job) {
   const fs::path folder = layout_.dataset(dataset.id);
   const auto print = dataset.address.empty() ? std::nullopt : fetched_print(folder);
   std::vector<updates::RangedSource::Place> places;
@@ -159,7 +159,9 @@ std::unique_ptr<updates::RangedSources> JobQueue::sources_of(const Dataset& data
   }
   job.set_vrt(listed && listed->vrt());
   const bool any = std::any_of(places.begin(), places.end(), [](const auto& place) { return place.print.ranged; });
-  return any ? std::make_unique<updates::RangedSources>(fetch_.rest, std::move(places)) : nullptr;
+  if (!any) return nullptr;
+  return std::make_unique<updates::RangedSources>(fetch_.rest, std::move(places),
+                                                  [this, id = dataset.id](auto waited) { give_way_if_slow(id, waited); });
 }
 
 }  // namespace cordillera::server

@@ -97,9 +97,27 @@ void JobQueue::enqueue(const std::string& id, const std::string& client) {
   });
 }
 
-void JobQueue::give_way(Running& look) {
-  look.gives_way = true;
-  *look.stop = true;
+void JobQueue::give_way(Running& job) {
+  job.gives_way = true;
+  *job.stop = true;
+}
+
+bool JobQueue::gave_way(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  return running_.at(id).gives_way;
+}
+
+/// A job that waits for its source keeps none of the others waiting for longer than a request would wait for a tile. What has
+/// come stays: it goes on from there.
+void JobQueue::give_way_if_slow(const std::string& id, std::chrono::nanoseconds waited) {
+  constexpr std::uint32_t kWhereNobodyWaits_s = 10;
+  const std::chrono::seconds longest(limits_.wait_seconds > 0 ? limits_.wait_seconds : kWhereNobodyWaits_s);
+  if (waited < longest) return;
+  const std::lock_guard lock(mutex_);
+  const auto found = running_.find(id);
+  if (found == running_.end() || *found->second.stop) return;
+  const bool others_wait = found->second.work == Work::look ? first_looks_ > 0 : unfinished_ > concurrency_;
+  if (others_wait) give_way(found->second);
 }
 
 void JobQueue::look_ahead(const std::string& id) {
@@ -292,7 +310,12 @@ JobQueue::Next JobQueue::run(const Turn& turn) {
     if (attempt > 0 && attempt % kTriesWithOneStore == 0 && !was_out_of_reach) forget_store(id);
     const auto outcome = build(*dataset, clock, *flag);
     const bool paused = !outcome && outcome.problem().type == "paused";
-    clock.end(*flag ? "cancelled" : outcome ? "ready" : paused ? "paused" : "failed");
+    const bool gives_way = gave_way(id);
+    clock.end(paused || gives_way ? "paused" : *flag ? "cancelled" : outcome ? "ready" : "failed");
+    if (gives_way) {
+      log_info("dataset " + id + ": its source is slow, and others wait: they have their turn");
+      return pause(*dataset, {"paused", "it waits for its source, and others for their turn", "", "turn"});
+    }
     if (*flag) return Next::done;
     if (paused) return pause(*dataset, outcome.problem());
     if (const auto again = outcome ? std::nullopt : fetch_again(*dataset, outcome.problem(), turn)) return *again;

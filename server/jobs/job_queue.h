@@ -117,7 +117,7 @@ class JobQueue {
     bool looked_at = false;  ///< a tile whose block is not done, since it began
     bool pauses = false;     ///< it will not be told of others
     bool shows = false;      ///< a look: there are tiles
-    bool gives_way = false;  ///< a look: it is ended for a first one, and goes on behind it
+    bool gives_way = false;  ///< it is ended for others, and goes on behind them
   };
   /// The stop flag of a job of this dataset, which runs until the last copy goes; null: another runs, or all are to end.
   std::shared_ptr<std::atomic<bool>> begin(const std::string& id, Work work);
@@ -125,7 +125,9 @@ class JobQueue {
   enum class Next { done, again };  ///< again: the dataset has more to do, at the end of the queue
   bool fetch_ahead(const std::string& id);
   void look_ahead(const std::string& id);
-  static void give_way(Running& look);
+  static void give_way(Running& job);
+  void give_way_if_slow(const std::string& id, std::chrono::nanoseconds waited);
+  bool gave_way(const std::string& id);
   Next look_at(const std::string& id);
   void show_provisional(const std::string& id);
   void first_tiles(const std::string& id, const char* kind);
@@ -149,7 +151,7 @@ class JobQueue {
   proto::Result<proto::ListedRasters> read_list(const Dataset& dataset, proto::Job job, const std::atomic<bool>& stop);
   proto::Result<void> begin_listed(proto::ListedRasters& listed, const std::filesystem::path& folder,
                                    const std::atomic<bool>& stop) const;
-  std::unique_ptr<updates::RangedSources> sources_of(const Dataset& dataset, proto::Job& job) const;
+  std::unique_ptr<updates::RangedSources> sources_of(const Dataset& dataset, proto::Job& job);
   std::optional<Next> fetch_again(const Dataset& dataset, const proto::Problem& why, const Turn& turn);
   Next pause(const Dataset& dataset, const proto::Problem& why);
   bool waits_for_looks(const Dataset& dataset) const;

@@ -85,7 +85,7 @@ JobQueue::Next JobQueue::look_at(const std::string& id) {
   };
   shown.rasters = rasters.get();
   const auto outcome = runner_(folder, shown, *flag);
-  if (const std::lock_guard lock(mutex_); running_.at(id).gives_way) return Next::again;
+  if (gave_way(id)) return Next::again;
   if (!outcome && !*flag)
     log_info("dataset " + id + ": no first look: " + outcome.problem().line());  // its build will say so to whoever posted it
   return Next::done;

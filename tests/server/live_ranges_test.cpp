@@ -68,6 +68,26 @@ TEST_F(ByRanges, ARasterThatChangesMeanwhileIsReadAnew) {
   EXPECT_THAT(server_.log(), HasSubstr("has another raster than it had"));
 }
 
+TEST_F(ByRanges, ASlowSourceKeepsNoOtherBuildWaiting) {
+  host_.has_parts(kCog, hills_, "\"one\"", RasterHost::Parts::slow);
+  host_.hold_back();
+  server_.start(folder_.path(), {"--source-allow", host_.address() + "/dems/", "--max-wait", "1", "--jobs", "1"});
+  const auto post = [&](const std::string& raster) {
+    return curl(raster + " '" + server_.base() +
+                "/v1/datasets?name=hills.tif&crs=EPSG:4326&vertical_datum=ellipsoid&error=20&max_level=11'")
+        .value("id", "");
+  };
+  const std::string slow = post("-d source=" + host_.address() + kCog + " -d build=lazy");
+  ASSERT_TRUE(eventually([&] { return host_.asked().size() > 1; })) << "its job waits for more than its beginning";
+  const std::string other = post("--data-binary @" + raster_);
+  host_.let_go();
+  ASSERT_TRUE(eventually([&] { return status(other)["state"] == "ready"; })) << server_.log();
+  EXPECT_THAT(server_.log(), HasSubstr("dataset " + slow + ": its source is slow"));
+  host_.has_parts(kCog, hills_, "\"one\"");
+  const std::string tile = tile_at(11.5, 46.6), made = body("/v1/datasets/" + other + tile);
+  EXPECT_TRUE(eventually([&] { return final_tile(slow, tile) == made; })) << "it goes on where it was: " << server_.log();
+}
+
 TEST_F(ByRanges, WhoSendsPartsAtFirstAloneIsCopied) {
   host_.has_parts(kCog, hills_, "\"one\"", RasterHost::Parts::not_after_the_first);
   start();

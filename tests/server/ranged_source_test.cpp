@@ -42,7 +42,8 @@ class Ranged : public testing::Test {
   /// What came of it: "", or the problem's name.
   std::string have(RangedSource& source, std::uint64_t first, std::uint64_t count) {
     const raster::ByteRange range{first, count};
-    const auto done = source.have({&range, 1}, [this] { return stop_.load(); });
+    const auto done = source.have(
+        {&range, 1}, [this] { return stop_.load(); }, [] {});
     said_ = done ? "" : done.problem().detail;
     return done ? "" : done.problem().type;
   }
@@ -213,7 +214,7 @@ TEST_F(Ranged, OfManyRastersEachComesFromItsAddress) {
     places.push_back({host_.address() + target, file, *print});
   }
   places[kWhole].print.ranged = false;
-  RangedSources sources(fetcher(settings_, space_).rest, places);
+  RangedSources sources(fetcher(settings_, space_).rest, places, [](auto) {});
   const auto asked = [&](std::uint64_t number, std::uint64_t block) {
     const raster::ByteRange range{block * kBlock, kBlock};
     const auto done = sources.have(number, {&range, 1}, [] { return false; });

@@ -86,7 +86,7 @@ class RasterHost {
   void has_tagged(const std::string& target, const std::string& bytes, const std::string& tag) {
     put(target, {200, bytes, Ends::well, tag});
   }
-  /// How a host sends parts. All but three begin well.
+  /// How a host sends parts. All but three begin well. slow: each takes a second more, and waits while the host holds them back.
   enum class Parts {
     none,
     well,
@@ -95,6 +95,7 @@ class RasterHost {
     not_after_the_first,
     endless,
     hanging,
+    slow,
     other_size,
     without_total,
     untagged,
@@ -104,6 +105,8 @@ class RasterHost {
   void has_parts(const std::string& target, const std::string& bytes, const std::string& tag, Parts parts = Parts::well) {
     put(target, {200, bytes, Ends::well, tag, parts});
   }
+  void hold_back() { holds_back_ = true; }
+  void let_go() { holds_back_ = false; }
   void has_no_more(const std::string& target) {
     const std::lock_guard lock(mutex_);
     said_.erase(target);
@@ -206,6 +209,10 @@ class RasterHost {
     if (answer.status == 206 || said.parts == Parts::in_full)
       answer.set_header("Content-Range",
                         "bytes " + std::to_string(part.first + moved) + "-" + std::to_string(part.end - 1 + moved) + "/" + total);
+    if (said.parts == Parts::slow && !well) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1100));
+      while (holds_back_ && !ending_) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
     count(text.size());
     if (said.parts == Parts::cut && !well) {
       answer.set_content_provider(text.size(), "image/tiff", [text](std::size_t from, std::size_t, httplib::DataSink& sink) {
@@ -235,7 +242,7 @@ class RasterHost {
   std::map<std::string, Said> said_;
   std::vector<std::string> asked_;
   std::uint64_t sent_ = 0;
-  std::atomic<bool> ending_{false};
+  std::atomic<bool> ending_{false}, holds_back_{false};
 };
 
 }  // namespace cordillera::server
