@@ -102,8 +102,7 @@ struct MayWait {
   std::chrono::seconds longest{0};
   bool preferred = false;  ///< the client says so itself
 };
-/// A problem: Prefer cannot be read.
-proto::Result<MayWait> may_wait(const Limits& limits, const Request& request);
+MayWait may_wait(const Limits& limits, const Request& request);
 
 /// Tiles that one request looks at; it looks at others when these are made.
 inline constexpr std::size_t kMostLooks = 64;

@@ -83,13 +83,12 @@ Response elevation(Service& service, const Request& request, const Dataset& data
   if (const Row now = service.find(dataset.id); !now || !may_see(request, *now))
     return problem_response(unknown_to(request, dataset.id));
   const bool sharpens = manifest.provisional() && route.version.empty();
-  const auto wait = may_wait(service.settings().serve.limits, request);
-  if (sharpens && !wait) return problem_response(wait.problem());
   if (sharpens) {
+    const MayWait wait = may_wait(service.settings().serve.limits, request);
     auto to_come = look_at_places(service.queue(), dataset, manifest, query->places,
-                                  wait->preferred ? JobQueue::Who::waits : JobQueue::Who::passes);
-    const bool waits = wait->preferred && !to_come.empty();
-    if (auto later = waits ? wait_for(service, request, dataset, *wait, awaited(std::move(to_come))) : std::nullopt)
+                                  wait.preferred ? JobQueue::Who::waits : JobQueue::Who::passes);
+    const bool waits = wait.preferred && !to_come.empty();
+    if (auto later = waits ? wait_for(service, request, dataset, wait, awaited(std::move(to_come))) : std::nullopt)
       return std::move(*later);
   }
   const int level = query->level.value_or(static_cast<int>(manifest.max_level()));

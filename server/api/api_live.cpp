@@ -6,6 +6,7 @@
 #include "server/api/api.h"
 #include "server/api/api_updates.h"
 #include "server/api/public_address.h"
+#include "server/api/requests/prefer.h"
 #include "server/fetch/addresses.h"
 #include "server/http/digest.h"
 #include "server/http/percent.h"
@@ -139,12 +140,10 @@ Response led_to(const std::string& location) {
 std::optional<Response> wait_until_read(Service& service, const Request& request, const Dataset& dataset, const Route& route) {
   if (request.waited || (dataset.state != State::queued && dataset.state != State::running)) return std::nullopt;
   if (service.library().provisional(dataset.id)) return std::nullopt;
-  const auto wait = may_wait(service.settings().serve.limits, request);
-  if (!wait) return problem_response(wait.problem());
   auto awaited = awaited_tile(request, route).value_or(Awaited{{}, [](const Dataset&, const proto::Manifest* shown) {
                                                                  return shown == nullptr;
                                                                }});
-  auto later = wait_for(service, request, dataset, *wait, std::move(awaited));
+  auto later = wait_for(service, request, dataset, may_wait(service.settings().serve.limits, request), std::move(awaited));
   return later ? std::move(*later) : not_made_yet(dataset);
 }
 
@@ -191,7 +190,7 @@ Live live_dataset(Service& service, const Request& request, const Route& route) 
   const bool comes = !request.waited && service.live().note_read(**dataset, sender(request));
   const Row now = service.registry().find((*dataset)->id);  // it may have been woken
   const auto status = [&service, asked = live.request, id = (*dataset)->id] { return live_status(service, asked, id); };
-  if (comes && now && request.headers.contains("prefer")) live.answer = wait_until_read(service, request, *now, live.route);
+  if (comes && now && preferred_wait(request)) live.answer = wait_until_read(service, request, *now, live.route);
   live.answer = live.answer ? with_status_at_the_end(std::move(*live.answer), status) : status();
   return live;
 }

@@ -292,7 +292,7 @@ class Unfinished {
   const Dataset& dataset_;
   const Request& request_;
   const Route& route_;
-  const MayWait& wait_;
+  const MayWait wait_;
   std::optional<proto::TileAddress> tile_;  ///< where the path's is
   std::optional<Awaited> awaited_;          ///< the same, if it can be waited for
 };
@@ -357,8 +357,7 @@ Response published(Service& service, const Request& request, const Dataset& data
   if (!folder.empty()) return published_folder(service, dataset, route, folder);
   const Opened opened = open_readable(service, dataset, route);
   if (opened.terrain && !opened.terrain->manifest().provisional()) return of_terrain(opened.terrain, request, route);
-  const auto wait = may_wait(service.settings().serve.limits, request);
-  return wait ? Unfinished(service, dataset, request, route, *wait).answer(opened) : problem_response(wait.problem());
+  return Unfinished(service, dataset, request, route, may_wait(service.settings().serve.limits, request)).answer(opened);
 }
 
 }  // namespace cordillera::server

@@ -78,11 +78,10 @@ class TileWait {
 
 }  // namespace
 
-proto::Result<MayWait> may_wait(const Limits& limits, const Request& request) {
+MayWait may_wait(const Limits& limits, const Request& request) {
   const auto preferred = preferred_wait(request);
-  if (!preferred) return preferred.problem();
   const std::chrono::seconds most(limits.wait_seconds);
-  return MayWait{std::min(preferred->value_or(most), most), preferred->has_value()};
+  return {std::min(preferred.value_or(most), most), preferred.has_value()};
 }
 
 std::optional<Response> wait_for(Service& service, const Request& request, const Dataset& dataset, const MayWait& wait,

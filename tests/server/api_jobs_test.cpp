@@ -50,13 +50,21 @@ TEST(Api, BadRequestsLeaveNothing) {
   EXPECT_EQ(slug_of(test.post("GOOD", {}, {{"content-type", "multipart/form-data; boundary=x"}})), "body-incomplete");
   EXPECT_EQ(slug_of(test.post("GOOD", {}, {{"content-length", "9"}})), "body-incomplete");
   EXPECT_EQ(slug_of(test.post("GOOD", {}, {{"content-length", "-9"}})), "request-invalid");
-  EXPECT_EQ(slug_of(test.post("GOOD", {}, {{"prefer", "wait=soon"}})), "option-invalid");
   EXPECT_EQ(slug_of(test.post("GOOD", {{"vertical_datum", "/etc/passwd"}})), "option-forbidden");
   EXPECT_EQ(slug_of(test.post("GOOD", {{"crs", "/etc/passwd"}})), "option-forbidden");
   EXPECT_EQ(slug_of(test.post("GOOD", {{"water_mask", "sea.tif"}})), "option-forbidden");
   EXPECT_EQ(slug_of(test.post("GOOD", {{"crs", "+proj=longlat +nadgrids=/etc/passwd"}})), "option-forbidden");
   EXPECT_EQ(test.leftovers(), 0u);
   EXPECT_TRUE(body_of(test.get("/v1/datasets"))["datasets"].empty());
+}
+
+TEST(Api, AWaitThatIsNoNumberIsIgnored) {
+  TestService test;
+  for (const char* other : {"wait=soon", "wait=-1", "wait="}) {
+    const Response posted = test.post("GOOD", {}, {{"prefer", other}});
+    EXPECT_EQ(posted.status, 202) << other << ": " << posted.body;
+    EXPECT_EQ(posted.header("Preference-Applied"), "") << other;
+  }
 }
 
 TEST(Api, ABodyBeyondTheLimitIsRefused) {

@@ -66,9 +66,7 @@ std::optional<proto::Problem> check_headers(const Request& request, Delivery& de
     return proto::Problem{"option-invalid", "the Idempotency-Key is too long or not text", "up to 255 characters",
                           "Idempotency-Key"};
   }
-  const auto wait = preferred_wait(request);
-  if (!wait) return wait.problem();
-  delivery.wait = std::min(wait->value_or(std::chrono::seconds(0)), kLongestPost);
+  delivery.wait = std::min(preferred_wait(request).value_or(std::chrono::seconds(0)), kLongestPost);
   return std::nullopt;
 }
 

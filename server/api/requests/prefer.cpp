@@ -8,23 +8,23 @@
 
 namespace cordillera::server {
 
-proto::Result<std::optional<std::chrono::seconds>> preferred_wait(const Request& request) {
-  using Wait = std::optional<std::chrono::seconds>;
+std::optional<std::chrono::seconds> preferred_wait(const Request& request) {
   const auto prefer = request.headers.find("prefer");
-  if (prefer == request.headers.end()) return Wait();
+  if (prefer == request.headers.end()) return std::nullopt;
   for (std::string_view rest = prefer->second; !rest.empty();) {
     const std::string_view whole = rest.substr(0, rest.find(',')), one = whole.substr(0, whole.find(';'));
     rest.remove_prefix(std::min(rest.size(), whole.size() + 1));
     const auto equals = one.find('=');
     if (!proto::same_letters(proto::trimmed(one.substr(0, equals)), "wait")) continue;
-    if (equals == one.npos) return Wait(std::chrono::seconds::max());
+    if (equals == one.npos) return std::chrono::seconds::max();
     std::string_view digits = proto::trimmed(one.substr(equals + 1));
     digits.remove_prefix(digits.starts_with('"') ? 1 : 0);
-    const auto seconds = proto::number<int>(digits.substr(0, digits.find_first_not_of("0123456789")));
-    if (!seconds) return proto::Problem{"option-invalid", "Prefer: wait names no number of seconds", "wait=SECONDS", "Prefer"};
-    return Wait(std::chrono::seconds(*seconds));
+    digits = digits.substr(0, digits.find_first_not_of("0123456789"));
+    if (digits.empty()) return std::nullopt;
+    const auto seconds = proto::number<int>(digits);
+    return seconds ? std::chrono::seconds(*seconds) : std::chrono::seconds::max();  // more than fit into an int
   }
-  return Wait();
+  return std::nullopt;
 }
 
 }  // namespace cordillera::server
