@@ -11,6 +11,7 @@
 #include "server/api/api_updates.h"
 #include "server/api/change_request.h"
 #include "server/api/public_address.h"
+#include "server/api/requests/typed_by_hand.h"
 #include "server/datasets/ledger.h"
 #include "server/jobs/source_json.h"
 #include "server/log/log.h"
@@ -174,8 +175,19 @@ proto::Result<void> bring(const Upload& upload, const fs::path& place) {
   return Problem{"storage-full", "the raster cannot be put into its place: " + why, "", ""};
 }
 
-Response changed(Service& service, const Request& request, const Dataset& dataset, const Route& route) {
-  if (auto refused = refuse(request, dataset)) return problem_response(*refused);
+/// The request, as long as its body may be a raster. What curl -d sends is none; curl --data-binary says the same type of one.
+proto::Result<Request> without_words(const Request& request) {
+  if (!request.header("content-type").value_or("").starts_with("application/x-www-form-urlencoded")) return request;
+  auto read = with_typed_body_as_query(request);
+  if (read && (read->read_body || !request.read_body)) return read;
+  return words_for_raster("JSON or fields of a form");
+}
+
+Response changed(Service& service, const Request& sent, const Dataset& dataset, const Route& route) {
+  if (auto refused = refuse(sent, dataset)) return problem_response(*refused);
+  const auto raster = without_words(sent);
+  if (!raster) return problem_response(raster.problem());
+  const Request& request = *raster;
   const Reply good{request.method == "POST" ? 201 : 200, public_path(request, dataset.id)};
   auto asked = read_change(service.settings(), request, dataset, route, service.ledger().expected(dataset.id));
   if (!asked) return problem_response(asked.problem());

@@ -45,7 +45,7 @@ const std::vector<ProblemKind>& table() {
       {"tus-version", 412, "Another version of tus"},
       {"body-too-large", 413, "The body is too large"},
       {"uri-too-long", 414, "The address is too long"},
-      {"body-form", 415, "A form instead of a raster"},
+      {"body-form", 415, "A form or JSON instead of a raster"},
       {"coding-unknown", 415, "The body's compression is unknown"},
       {"upload-type", 415, "A part of an upload has a type of its own"},
       {"range-invalid", 416, "The Range header cannot be read"},

@@ -178,6 +178,12 @@ TEST_F(Updates, WhatIsWrongChangesNothing) {
   EXPECT_EQ(slug(change("POST", "/sources?error=3", "patch.tif")), "option-unknown");
   EXPECT_EQ(slug(change("POST", "/sources?crs=/etc/passwd", "patch.tif")), "option-forbidden");
   EXPECT_EQ(slug(change("POST", "/sources?source=http://127.0.0.1/dem.tif")), "option-forbidden") << "nobody allowed it";
+  std::ofstream(path("words")) << R"({"source": "https://example.org/dem.tif"})";
+  for (const char* type : {"application/json", "application/x-www-form-urlencoded"}) {
+    const Said words = change("POST", "/sources?name=patch.tif", "words", {{"Content-Type", type}});
+    EXPECT_EQ(words.status, 415) << words.bytes;
+    EXPECT_THAT(words.bytes, HasSubstr("source=ADDRESS or upload=ID in the query")) << type;
+  }
   EXPECT_EQ(slug(change("PUT", "/sources/nobody", "patch.tif")), "source-unknown");
   EXPECT_EQ(slug(change("DELETE", "/sources/nobody")), "source-unknown");
   EXPECT_EQ(ask("POST", base_ + "/rollback?to=7").status, 404);

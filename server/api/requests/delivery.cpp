@@ -41,7 +41,9 @@ std::optional<proto::Problem> check_body(const Request& request, RasterIs raster
     }
   }
   delivery.body = true;
-  if (request.header("content-type").value_or("").rfind("multipart/", 0) == 0) {
+  const std::string type = request.header("content-type").value_or("");
+  if (type.starts_with("application/json")) return words_for_raster("JSON");
+  if (type.starts_with("multipart/")) {
     return proto::Problem{"body-form", "the body is a multipart form; the raster itself is wanted, with nothing around it",
                           "curl --data-binary @dem.tif … (or -T dem.tif -X POST), not -F", ""};
   }
@@ -88,6 +90,13 @@ proto::Problem several_sources() {
           "the first alone, and POST /v1/datasets/{id}/sources?source=ADDRESS for each of the others; or the files in one form: "
           "curl -F file=@a.tif -F file=@b.tif",
           "source"};
+}
+
+proto::Problem words_for_raster(const std::string& what) {
+  return {
+      "body-form", "the body is " + what + "; the raster itself is wanted, with nothing around it",
+      "a raster as the body: curl -T dem.tif -X POST …; or no body, and source=ADDRESS or upload=ID in the query, with options",
+      ""};
 }
 
 std::uint64_t most_bytes(const Limits& limits) { return std::uint64_t{limits.body_mib} << 20; }

@@ -23,6 +23,8 @@ enum class RasterIs { needed, optional };
 
 /// A POST fetches one raster.
 proto::Problem several_sources();
+/// 415: where a raster is to come stand words, which belong into the query. what: that they are.
+proto::Problem words_for_raster(const std::string& what);
 /// Reads the headers, and checks that what the query names and what was announced may come.
 std::optional<proto::Problem> check_delivery(const ServeSettings& settings, const Request& request, RasterIs raster,
                                              Delivery& delivery);
