@@ -8,7 +8,8 @@
 
 namespace cordillera::server {
 
-/// One thread needs room for its stack, its tile and its share of the caches: no more threads than fit.
+/// One thread needs room for its stack, its tile and its share of the caches: no more threads than fit. The least that memory=
+/// may be, too: with less even a build of 100 x 100 pixels ends in its middle.
 inline constexpr std::uint32_t kMemoryPerThread_mib = 96;
 
 /// memory() of a posted build that asks for nothing: enough for all its threads.

@@ -13,6 +13,7 @@
 #include "raster/sample/back_projection.h"
 #include "raster/voids/filled_source.h"
 #include "raster/voids/void_height.h"
+#include "server/memory/memory_limit.h"
 #include "server/options/options.h"
 
 namespace cordillera::server {
@@ -92,7 +93,8 @@ Complaint apply_bbox(std::string_view text, Settings& settings) {
 Complaint apply_memory(std::string_view text, Settings& settings) {
   std::uint32_t value = 0;
   if (auto complaint = read_whole(text, {0, 1u << 24}, &value)) return complaint;
-  if (value != 0 && value < 64) return "less than 64";
+  if (value != 0 && value < kMemoryPerThread_mib)
+    return "less than " + std::to_string(kMemoryPerThread_mib) + ", which one thread takes";
   settings.build.set_memory(value);
   return std::nullopt;
 }
@@ -135,6 +137,7 @@ std::vector<OptionSpec> make_build_options() {
   constexpr std::uint32_t kLevel = proto::kMaxLevel;
   constexpr int kHeight_m = static_cast<int>(proto::kMaxHeight_m);
   const std::string level = "a level from 0 to " + std::to_string(kLevel);
+  const std::string thread_mib = std::to_string(kMemoryPerThread_mib);
   return {
       {"name", "NAME", "what the raster is called; an .hgt knows its place only by this", "text, such as N44W072.hgt",
        apply_text<&BuildOptions::mutable_name>},
@@ -192,8 +195,9 @@ std::vector<OptionSpec> make_build_options() {
       {"threads", "N", "threads of a build; 0: one for each usable core", "0 to 1024",
        apply_whole<&BuildOptions::set_threads, 1024>},
       {"memory", "MIB",
-       "memory a build may use on top of the program, MiB; takes a thread for each 96 MiB at most; 0: the default",
-       "0, or 64 to 16777216", apply_memory},
+       "memory a build may use on top of the program, MiB; takes a thread for each " + thread_mib +
+           " MiB at most; 0: the default",
+       "0, or " + thread_mib + " to 16777216", apply_memory},
       {"bbox", "W,S,E,N", "build only this box, degrees; west above east crosses the antimeridian",
        "west,south,east,north in degrees, longitudes -180 to 180, latitudes -90 to 90", apply_bbox},
       {"min-level", "LEVEL", "coarsest level to publish", level, apply_whole<&BuildOptions::set_min_level, kLevel>},

@@ -245,7 +245,7 @@ TEST_F(BadPosts, RastersThatAreNoHeightsOnEarth) {
       {"dem.tif", good, "", 201, "", ""},
   };
   for (const Row& row : rows) post(row);
-  if (!kSanitized) post({"dem.tif", good, "&memory=64&error=0.01&max_level=13", 422, "memory-limit", ""});
+  if (!kSanitized) post({"dem.tif", good, "&memory=96&error=0.01&max_level=13", 422, "memory-limit", ""});
 }
 
 TEST_F(BadPosts, QueriesAndBodies) {

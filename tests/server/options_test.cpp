@@ -282,7 +282,7 @@ TEST(Options, BadValuesAreNamedWithWhatIsAccepted) {
                                                                 {"threads", "1.5"},
                                                                 {"threads", "1025"},
                                                                 {"threads", "99999999999999999999"},
-                                                                {"memory", "63"},
+                                                                {"memory", "95"},
                                                                 {"bbox", "1,2,3"},
                                                                 {"bbox", "0,10,10,0"},
                                                                 {"bbox", "0,-91,1,1"},

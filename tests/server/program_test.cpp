@@ -231,15 +231,21 @@ TEST_F(Program, ARasterWithoutDataIsSaidToBeOne) {
 
 TEST_F(Program, MemoryIsALimitAndWhatWasBuiltIsKept) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer ends a process that gets no memory by itself";
+  const std::string small = (folder_.path() / "small.sqlite").string();
+  const Ended little = shell(build("-o " + small + " --memory 95"));
+  EXPECT_EQ(little.code, 2) << little.output;
+  EXPECT_THAT(little.output, HasSubstr("accepted: 0, or 96 to 16777216"));
+  const Ended least = shell(build("-o " + small + " --memory 96"));
+  EXPECT_EQ(least.code, 0) << least.output;
   // Blocks of many samples, which an even slope makes quick work of.
   std::ofstream grid(folder_.path() / "cone.asc");
   grid << "ncols 2400\nnrows 2400\nxllcorner 10\nyllcorner 46\ncellsize 0.0008333333333333\nNODATA_value -9999\n";
   for (int k = 0; k < 2400 * 2400; ++k) grid << k % 2400 << (k % 2400 == 2399 ? '\n' : ' ');
   grid.close();
   const std::string output = (folder_.path() / "out.sqlite").string();
-  const Ended starved = shell(build("-o " + output + " --error 1000 --threads 2 --memory 64"));
+  const Ended starved = shell(build("-o " + output + " --error 1000 --threads 2 --memory 96"));
   EXPECT_EQ(starved.code, 1) << starved.output;
-  EXPECT_THAT(starved.output, HasSubstr("memory=64 MiB"));
+  EXPECT_THAT(starved.output, HasSubstr("memory=96 MiB"));
   EXPECT_THAT(starved.output, HasSubstr("accepted: more memory"));
   EXPECT_EQ(shell(kProgram + " info " + output).code, 1) << "not finished, and says so";
   const Ended fed = shell(build("-o " + output + " --error 1000 --threads 2 --memory 2048"));
