@@ -70,11 +70,7 @@ class Walk {
     if (path.empty()) return unsupported(name_, "a <SourceFilename> that names no raster");
     // GDAL would read the other one with what it names, which nobody has looked at.
     const std::string other = path.substr(0, path.find('?'));
-    if (extension_of(other) == ".vrt")
-      return Problem{"raster-format-unsupported",
-                     name_ + " names another VRT, " + proto::shown_text(other.substr(other.rfind('/') + 1)) +
-                         ", and a VRT in a VRT is not read",
-                     "a VRT of rasters", ""};
+    if (extension_of(other) == ".vrt") return vrt_in_vrt(name_, proto::shown_text(other.substr(other.rfind('/') + 1)));
     const auto [known, is_new] = numbers_.emplace(path, written_.size());
     if (is_new) written_.push_back(path);
     CPLSetXMLValue(&node, "", called_(known->second, path).c_str());
@@ -103,6 +99,11 @@ void add_overviews(CPLXMLNode& root) {
 }
 
 }  // namespace
+
+Problem vrt_in_vrt(const std::string& name, const std::string& other) {
+  return {"raster-format-unsupported", name + " names another VRT, " + other + ", and a VRT in a VRT is not read",
+          "a VRT of rasters", ""};
+}
 
 proto::Result<VrtRasters> take_rasters(const std::string& text, const std::string& name,
                                        const std::function<std::string(std::size_t, const std::string&)>& called) {

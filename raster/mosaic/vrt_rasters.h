@@ -21,4 +21,7 @@ struct VrtRasters {
 proto::Result<VrtRasters> take_rasters(const std::string& text, const std::string& name,
                                        const std::function<std::string(std::size_t k, const std::string& written)>& called);
 
+/// The refusal of a VRT that names another one. take_rasters knows that one by its suffix alone; who has its bytes knows better.
+proto::Problem vrt_in_vrt(const std::string& name, const std::string& other);
+
 }  // namespace cordillera::raster

@@ -5,6 +5,7 @@
 
 #include "pipeline/threads/workers.h"
 #include "raster/mosaic/source_list.h"
+#include "raster/mosaic/vrt_rasters.h"
 #include "server/datasets/dataset_folder.h"
 #include "server/jobs/job_queue.h"
 #include "server/log/log.h"
@@ -18,13 +19,18 @@ namespace fs = std::filesystem;
 constexpr unsigned kAskedAtOnce = 16;  // rasters: what takes time is waiting for their servers
 constexpr std::chrono::minutes kLongestAsking{10};
 
-raster::ListKind kind_of(const fs::path& file, const std::string& name) {
+std::string head_of(const fs::path& file) {
   std::string head(512, '\0');
   std::ifstream in(file, std::ios::binary);
   in.read(head.data(), static_cast<std::streamsize>(head.size()));
   head.resize(static_cast<std::size_t>(in.gcount()));
-  return raster::list_kind(head, name);
+  return head;
 }
+
+raster::ListKind kind_of(const fs::path& file, const std::string& name) { return raster::list_kind(head_of(file), name); }
+
+/// Whatever stands before the word: GDAL takes it for a VRT, too.
+bool has_vrt(const fs::path& file) { return head_of(file).find("<VRTDataset") != std::string::npos; }
 
 /// What the list says of a raster stands in requests and in a job's options.
 std::optional<proto::Problem> refused(const updates::Fetch& fetch, const proto::ListedRaster& raster, const std::string& list) {
@@ -74,7 +80,7 @@ proto::Result<std::optional<proto::ListedRasters>> JobQueue::take_list(const Dat
     if (auto problem = refused(fetch_, raster, name)) return *problem;
   }
   log_info("dataset " + dataset.id + ": " + name + " names " + std::to_string(listed->rasters_size()) + " rasters");
-  if (auto begun = begin_listed(*listed, next_rasters(dataset.id), stop); !begun) return begun.problem();
+  if (auto begun = begin_listed(*listed, name, next_rasters(dataset.id), stop); !begun) return begun.problem();
   return std::optional(std::move(*listed));
 }
 
@@ -102,7 +108,7 @@ proto::Result<proto::ListedRasters> JobQueue::read_list(const Dataset& dataset, 
 
 /// All of them, or their beginnings, into the folder. Servers have so long, and what is copied whole so much room, for all of
 /// them together as for one raster.
-proto::Result<void> JobQueue::begin_listed(proto::ListedRasters& listed, const fs::path& folder,
+proto::Result<void> JobQueue::begin_listed(proto::ListedRasters& listed, const std::string& name, const fs::path& folder,
                                            const std::atomic<bool>& stop) const {
   std::error_code error;
   fs::create_directories(folder, error);
@@ -121,6 +127,7 @@ proto::Result<void> JobQueue::begin_listed(proto::ListedRasters& listed, const f
     const auto print = fetch_.beginning(raster.address(), file, stop);
     if (!print) return print.problem();
     updates::set_print(*print, raster);
+    if (listed.vrt() && has_vrt(file)) return raster::vrt_in_vrt(name, raster.name());
     std::error_code gone;
     if (!print->ranged && (copied += fs::file_size(file, gone)) > most)
       return too_much("that are not read by ranges have more than " + std::to_string(limits_.body_mib) + " MiB together",

@@ -149,7 +149,7 @@ class JobQueue {
   proto::Result<std::optional<proto::ListedRasters>> take_list(const Dataset& dataset, const std::filesystem::path& file,
                                                                const std::atomic<bool>& stop);
   proto::Result<proto::ListedRasters> read_list(const Dataset& dataset, proto::Job job, const std::atomic<bool>& stop);
-  proto::Result<void> begin_listed(proto::ListedRasters& listed, const std::filesystem::path& folder,
+  proto::Result<void> begin_listed(proto::ListedRasters& listed, const std::string& name, const std::filesystem::path& folder,
                                    const std::atomic<bool>& stop) const;
   std::unique_ptr<updates::RangedSources> sources_of(const Dataset& dataset, proto::Job& job);
   std::optional<Next> fetch_again(const Dataset& dataset, const proto::Problem& why, const Turn& turn);
