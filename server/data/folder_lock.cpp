@@ -4,6 +4,7 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <system_error>
 
 #include "proto/paths.h"
@@ -24,9 +25,14 @@ bool is_a_servers(const Layout& layout) {
 }
 
 FolderLock::FolderLock(const Layout& layout) : descriptor_(::open(layout.lock().c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644)) {
-  if (descriptor_ < 0 || flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return;
-  close(descriptor_);
+  if (descriptor_ >= 0 && flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return;
+  error_ = errno;
+  if (descriptor_ >= 0) close(descriptor_);
   descriptor_ = -1;
+}
+
+std::string FolderLock::why_not(const std::string& holder) const {
+  return error_ == EWOULDBLOCK ? holder + " uses it" : "it cannot be written: " + std::generic_category().message(error_);
 }
 
 FolderLock::~FolderLock() {

@@ -2,6 +2,7 @@
 // Whose folder the data folder is, and who uses it now.
 #include <filesystem>
 #include <optional>
+#include <string>
 
 #include "proto/result.h"
 #include "server/data/layout.h"
@@ -16,9 +17,12 @@ class FolderLock {
   FolderLock(const FolderLock&) = delete;
   FolderLock& operator=(const FolderLock&) = delete;
   bool held() const { return descriptor_ >= 0; }
+  /// Why it is not held. holder: who may hold it in our place, "a server".
+  std::string why_not(const std::string& holder) const;
 
  private:
   int descriptor_;
+  int error_ = 0;  ///< of what failed
 };
 
 /// Whether a server holds the lock now. Nothing is left behind.

@@ -153,7 +153,7 @@ proto::Result<Adopted> make_registry(const Layout& layout) {
   if (!fs::is_directory(layout.datasets(), error))
     return unusable("it is no data folder", "the data folder of a server that is stopped");
   const FolderLock lock(layout);
-  if (!lock.held()) return unusable("a server uses it, or it cannot be written", "the data folder of a server that is stopped");
+  if (!lock.held()) return unusable(lock.why_not("a server"), "the data folder of a server that is stopped");
   if (!lost_registry(layout))
     return unusable("its registry is not lost", "cordillera serve, which adopts folders without a row at its start");
   const fs::path beside = kept_beside(layout.registry());

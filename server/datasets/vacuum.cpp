@@ -52,7 +52,7 @@ proto::Result<Vacuumed> vacuum(const Layout& layout, Orphans orphans) {
   std::error_code error;
   if (!fs::exists(layout.registry(), error)) return unusable("it is no data folder");
   const FolderLock lock(layout);
-  if (!lock.held()) return unusable("a server uses it, or it cannot be written");
+  if (!lock.held()) return unusable(lock.why_not("a server"));
   if (auto lost = lost_registry(layout)) return *lost;
   auto registry = Registry::open(layout.registry().string());
   if (!registry) return registry.problem();

@@ -84,7 +84,7 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
   if (error) return unusable(error.message());
   if (!fs::exists(layout.lock(), error) && !is_a_servers(layout)) return unusable("it holds other things");
   auto lock = std::make_unique<FolderLock>(layout);
-  if (!lock->held()) return unusable("another server uses it, or it cannot be written");
+  if (!lock->held()) return unusable(lock->why_not("another server"));
   std::unique_ptr<Service> service(new Service(settings, std::move(lock)));
   if (auto lost = lost_registry(layout)) return *lost;
   if (!is_a_servers(layout)) return unusable("it holds other things");

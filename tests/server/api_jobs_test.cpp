@@ -127,6 +127,16 @@ TEST(Api, SomebodyElsesFolderIsLeftAlone) {
   EXPECT_TRUE(Service::open(settings, play_job)) << "and so is what an earlier server made";
 }
 
+TEST(Api, AFolderThatCannotBeWrittenIsUsedByNobodyElse) {
+  const TempFolder folder;
+  Settings settings;
+  settings.serve.data = folder.path().string();
+  std::filesystem::create_directories(Layout{folder.path()}.lock());  // no user may write a folder as a file
+  const auto opened = Service::open(settings, play_job);
+  ASSERT_FALSE(opened);
+  EXPECT_THAT(opened.problem().detail, HasSubstr(": it cannot be written: Is a directory"));
+}
+
 TEST(Api, TheSameKeyGivesTheSameDataset) {
   TestService test;
   const std::map<std::string, std::string> key = {{"idempotency-key", "k1"}, {"prefer", "wait=200"}};
