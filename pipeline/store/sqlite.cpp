@@ -2,7 +2,9 @@
 
 #include <sqlite3.h>
 
+#include <cerrno>
 #include <cstring>
+#include <exception>
 #include <filesystem>
 #include <new>
 #include <system_error>
@@ -59,6 +61,21 @@ bool wants_memory(sqlite3* handle) {
   return code == SQLITE_NOMEM || code == SQLITE_IOERR_NOMEM;
 }
 
+/// A log, or the index of one, that cannot grow is an error of input and output to SQLite.
+bool wants_room(sqlite3* handle) {
+  const int code = sqlite3_errcode(handle), system = sqlite3_system_errno(handle);
+  const bool of_system = code == SQLITE_IOERR || code == SQLITE_CANTOPEN;
+  return code == SQLITE_FULL || (of_system && (system == ENOSPC || system == EDQUOT));
+}
+
+/// What went wrong, to be thrown once the handle has been put in order.
+std::exception_ptr failure_of(sqlite3* handle) {
+  if (wants_memory(handle)) return std::make_exception_ptr(std::bad_alloc());
+  const std::string why = sqlite3_errmsg(handle);
+  return wants_room(handle) ? std::make_exception_ptr(DiskFull("the disk is full (" + why + ")"))
+                            : std::make_exception_ptr(StoreError(why));
+}
+
 }  // namespace
 
 void remove_database(const std::string& path) {
@@ -91,19 +108,14 @@ void Database::open(const std::string& address, int flags) {
         SQLITE_OK)
       return;
   }
-  const bool starved = wants_memory(handle_);
-  const std::string why = starved ? "" : sqlite3_errmsg(handle_);
+  const std::exception_ptr failure = failure_of(handle_);
   sqlite3_close(handle_);
-  if (starved) throw std::bad_alloc();
-  throw StoreError(why);
+  std::rethrow_exception(failure);
 }
 
 Database::~Database() { sqlite3_close(handle_); }
 
-void Database::fail() const {
-  if (wants_memory(handle_)) throw std::bad_alloc();
-  throw StoreError(sqlite3_errmsg(handle_));
-}
+void Database::fail() const { std::rethrow_exception(failure_of(handle_)); }
 
 void Database::execute(const std::string& sql) {
   if (sqlite3_exec(handle_, sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) fail();
@@ -159,11 +171,9 @@ bool Statement::run_unless_taken() {
 }
 
 void Statement::fail_step() {
-  const bool starved = wants_memory(database_.handle());
-  const std::string why = sqlite3_errmsg(database_.handle());
+  const std::exception_ptr failure = failure_of(database_.handle());
   rewind();
-  if (starved) throw std::bad_alloc();
-  throw StoreError(why);
+  std::rethrow_exception(failure);
 }
 
 void Statement::rewind() { sqlite3_reset(handle_); }

@@ -21,6 +21,12 @@ class StoreError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// It cannot be written for want of room on its disk.
+class DiskFull : public StoreError {
+ public:
+  using StoreError::StoreError;
+};
+
 /// Removes the database and what SQLite keeps beside it; says nothing where one cannot be removed.
 void remove_database(const std::string& path);
 

@@ -116,6 +116,11 @@ proto::Problem unusable(const std::string& path, const std::string& why) {
           "--data"};
 }
 
+proto::Problem without_room(const std::string& path, const std::string& why) {
+  return {"data-unusable", "cannot use " + path + ": " + why,
+          "a few MiB free on its disk: make room there and start again; the datasets are as they were", "--data"};
+}
+
 /// Brings the tables to this version, all of it or nothing.
 std::optional<proto::Problem> settle(Database& database, const std::string& path) {
   if (auto other = check_kind(database, path)) return other;
@@ -135,7 +140,9 @@ proto::Result<std::unique_ptr<RegistryFile>> RegistryFile::open(const std::strin
   std::unique_ptr<RegistryFile> file(new RegistryFile(path, Database::Mode::kept));
   if (auto problem = settle(file->database_, path)) return *problem;
   return file;
-} catch (const StoreError& error) { return unusable(path, error.what()); }
+} catch (const pipeline::DiskFull& full) { return without_room(path, full.what()); } catch (const StoreError& error) {
+  return unusable(path, error.what());
+}
 
 std::unique_ptr<RegistryFile> RegistryFile::read_only(const std::string& path) try {
   return std::unique_ptr<RegistryFile>(new RegistryFile(path, Database::Mode::shared));
@@ -147,6 +154,8 @@ std::string RegistryFile::why_not_ours(const std::string& path) try {
   // A later version's table may be another one.
   const bool marked = database.integer("PRAGMA application_id") == kApplicationId;
   return marked || has_table(database) ? "" : "it has no table of datasets as a server makes it";
+} catch (const pipeline::DiskFull&) {
+  return "";  // nothing is known of it: who opens it to write is told
 } catch (const StoreError& error) { return error.what(); }
 
 std::int64_t RegistryFile::insert(const Dataset& dataset) {

@@ -12,7 +12,7 @@ class RegistryFile : public Registry {
   /// Brings the tables to this version, all of it or nothing.
   static proto::Result<std::unique_ptr<RegistryFile>> open(const std::string& path);
   static std::unique_ptr<RegistryFile> read_only(const std::string& path);
-  /// Why a file is no registry, of whatever version; empty: it is one.
+  /// Why a file is no registry, of whatever version; empty: it is one, or there is no room on its disk to look.
   static std::string why_not_ours(const std::string& path);
 
   bool add(const Dataset& dataset) override { return insert(dataset) != 0; }

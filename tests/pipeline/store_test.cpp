@@ -276,5 +276,16 @@ TEST(ManifestJson, PrintsDefaultsUnderTheirOwnNamesAndReadsBack) {
   EXPECT_FALSE(parse_manifest_json("{").ok());
 }
 
+TEST(Sqlite, WantOfRoomIsToldApart) {
+  Database database("", Database::Mode::scratch);
+  database.execute("PRAGMA max_page_count = 1");
+  EXPECT_THROW(database.execute("CREATE TABLE a (b)"), DiskFull);
+  try {
+    database.execute("no SQL");
+    ADD_FAILURE();
+  } catch (const DiskFull&) { ADD_FAILURE(); } catch (const StoreError&) {
+  }
+}
+
 }  // namespace
 }  // namespace cordillera::pipeline

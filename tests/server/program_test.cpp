@@ -197,6 +197,22 @@ TEST_F(Program, ASecondServerIsRefusedThePortAndTheFolder) {
   EXPECT_THAT(folder.output, HasSubstr("another server uses it"));
 }
 
+/// Where the index of the registry's log cannot be made, SQLite speaks of input and output.
+TEST_F(Program, AFullDiskIsToldAtTheStart) {
+  start_server();
+  curl(post_arguments("&max_level=9"));
+  server_.end(SIGKILL);
+  const std::string disk = (folder_.path() / "disk").string(), data = (folder_.path() / "data").string();
+  const Ended full =
+      shell("mkdir " + disk + " && unshare -rm sh -c 'mount -t tmpfs -o size=8m none " + disk + " || exit 77; cp -r " + data +
+            " " + disk + "/data; rm -f " + disk + "/data/registry.sqlite-shm; cat /dev/zero > " + disk +
+            "/more 2> /dev/null; exec timeout 100 " + kProgram + " serve --listen 127.0.0.1:0 --data " + disk + "/data'");
+  if (full.code == 77 || full.output.starts_with("unshare: ")) GTEST_SKIP() << "no disk of its own may be mounted here";
+  EXPECT_EQ(full.code, 1) << full.output;
+  EXPECT_THAT(full.output, HasSubstr("registry.sqlite: the disk is full ("));
+  EXPECT_THAT(full.output, HasSubstr("accepted: a few MiB free on its disk"));
+}
+
 TEST_F(Program, BuildsAFolderThatInfoReads) {
   const std::string out = (folder_.path() / "out").string();
   std::ofstream(folder_.path() / "conf") << "error = 50\ntitle = from the file\n";
