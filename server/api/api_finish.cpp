@@ -72,6 +72,7 @@ void finish(Service& service, const Exchange& exchange, Response& response) {
   log(exchange, response);
   service.metrics().finished(
       {route_name(exchange.route), request.method, response.status, exchange.seconds, exchange.received, response.problem});
+  response.counted = true;
 }
 
 }  // namespace cordillera::server

@@ -49,7 +49,10 @@ front::HttpLimits front_limits(const ServeSettings& settings) {
 front::OnServed note_of(metrics::ServiceMetrics& metrics) {
   return [&metrics, &sent = metrics.sent_bytes.at({})](const front::Served& served) {
     sent += static_cast<double>(served.bytes);
-    if (served.by_front) metrics.problems.add(1, {served.problem});
+    if (!served.counted && !served.problem.empty())
+      metrics.refused({served.route, served.method, served.status, 0, 0, served.problem});
+    else if (served.by_front)
+      metrics.problems.add(1, {served.problem});
     if (!logs_debug() || (!served.by_front && served.whole)) return;
     log_debug(served.whole ? "refused before it was a request" : "the client went before the end of the answer",
               {{"client", served.client},

@@ -95,7 +95,7 @@ void Connection::begin(Head head) {
   request_.client = access::client_address(request_, shared_.limits.trusted_proxies);
   keep_ = head.keep_alive && !shared_.stopping;
   old_ = head.old;
-  by_front_ = false;
+  forget_answer();
   begun_ = false;
   state_ = State::handling;
   const bool takes_body = request_.method == "POST" || request_.method == "PUT" || request_.method == "PATCH";
@@ -113,11 +113,21 @@ void Connection::begin(Head head) {
   if (taken != Workers::Taken::yes) respond_with({"service-busy", "the service has too much to do", "trying again later", ""});
 }
 
+/// Of the request before this one.
+void Connection::forget_answer() {
+  route_ = {};
+  by_front_ = counted_ = false;
+  status_ = 0;
+  problem_.clear();
+}
+
 /// What cannot be read, cannot be served; nor is it known where the next request would begin.
 void Connection::refuse_head(const proto::Problem& problem) {
   asked_ = Clock::now();
   request_ = {};
+  request_.method.clear();  // nobody knows it
   request_.client = peer_;
+  forget_answer();
   keep_ = false;
   linger_ = true;
   state_ = State::handling;

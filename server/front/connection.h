@@ -66,6 +66,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void read_head_or_wait();
   void begin(Head head);
   void refuse_head(const proto::Problem& problem);
+  void forget_answer();
   void linger();
 
   // Bodies (connection_body.cpp).
@@ -112,10 +113,11 @@ class Connection : public std::enable_shared_from_this<Connection> {
   bool reading_ = false;
 
   Request request_;
-  Route route_;  ///< the request's
+  Route route_;  ///< the request's; of nothing where its answer was kept or its head cannot be read
   Clock::time_point asked_;
   bool keep_ = true, linger_ = false, old_ = false;
   bool by_front_ = false;            ///< the answer is no answer of the API
+  bool counted_ = false;             ///< the API has counted the request
   std::atomic<bool> failed_{false};  ///< there will be none
   std::atomic<bool> begun_{false};   ///< a worker makes it, or nobody will
 

@@ -34,6 +34,7 @@ void Connection::respond_with(const proto::Problem& problem) {
 
 void Connection::respond(Response response) {
   if (state_ == State::closed) return;
+  counted_ = counted_ || response.counted;
   if (body_late_) {
     body_late_ = false;
     return respond_with({"request-timeout", "the body came too slowly",
@@ -218,8 +219,8 @@ void Connection::answered() {
 void Connection::report(bool whole) {
   if (!shared_.on_served) return;
   const std::chrono::duration<double> took = Clock::now() - asked_;
-  shared_.on_served(
-      {request_.method, request_.path, request_.client, problem_, status_, out_bytes_, took.count(), by_front_, whole});
+  shared_.on_served({request_.method, request_.path, request_.client, problem_, status_, out_bytes_, took.count(), by_front_,
+                     counted_, counted_ ? "" : route_name(route_), whole});
 }
 
 }  // namespace cordillera::server::front

@@ -13,7 +13,9 @@ struct Served {
   int status = 0;
   std::uint64_t bytes = 0;  ///< of the answer that the system took, head included
   double seconds = 0;       ///< from the end of the request's head to there
-  bool by_front = false;    ///< refused before the API was asked
+  bool by_front = false;    ///< refused before the API was asked, or in the place of its answer
+  bool counted = true;      ///< the API has told the metrics of it
+  std::string route;        ///< its name, where nobody has counted it
   bool whole = true;        ///< false: the client went, or was too slow, before the end
 };
 

@@ -54,6 +54,7 @@ struct Response {
   std::shared_ptr<const metrics::KeptCounts> counts;  ///< of such an answer
   std::shared_ptr<const std::string> lines;           ///< headers as they stand on the wire, before the others
   std::string problem;                                ///< slug of what went wrong; empty: nothing
+  bool counted = false;                               ///< the API has told the metrics of it
   /// Instead of a body: the next piece, or nothing at the end. An empty piece: none yet, to be asked again when something has
   /// changed (Api::on_change) or a second later. Never waits.
   std::function<std::optional<std::string>()> next_piece;

@@ -26,6 +26,11 @@ void ServiceMetrics::finished(const Finished& request) {
   if (!request.problem.empty()) problems.add(1, {request.problem});
 }
 
+void ServiceMetrics::refused(const Finished& request) {
+  requests.add(1, {request.route, known_method(request.method), std::to_string(request.status)});
+  problems.add(1, {request.problem});
+}
+
 std::string ServiceMetrics::text() const {
   std::string out;
   all_.write(out);

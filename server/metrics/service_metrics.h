@@ -34,6 +34,8 @@ class ServiceMetrics {
   /// Those of GET.
   KeptCounts kept_counts(const std::string& route);
   void finished(const Finished& request);
+  /// One that was refused before it could be made. Its seconds are not looked at: they are the client's.
+  void refused(const Finished& request);
   /// Every family, and numbers of this process.
   std::string text() const;
 

@@ -213,6 +213,19 @@ TEST_F(Program, AFullDiskIsToldAtTheStart) {
   EXPECT_THAT(full.output, HasSubstr("accepted: a few MiB free on its disk"));
 }
 
+TEST_F(Program, WhatIsRefusedBeforeItIsARequestIsCounted) {
+  start_server();
+  const auto ask = [&](const std::string& arguments) { shell("curl -q -s -m 100 -o /dev/null " + server_.base() + arguments); };
+  ask("/" + std::string(9000, 'a'));
+  ask("/v1/datasets -H 'Range: bytes=x'");
+  const std::string text = shell("curl -q -s -m 100 " + server_.base() + "/metrics").output;
+  for (const char* labels :
+       {"{route=\"unknown\",method=\"other\",status=\"414\"}", "{route=\"datasets\",method=\"GET\",status=\"416\"}"})
+    EXPECT_THAT(text, HasSubstr("cordillera_http_requests_total" + std::string(labels) + " 1\n"));
+  for (const char* type : {"uri-too-long", "range-invalid"})
+    EXPECT_THAT(text, HasSubstr("cordillera_problems_total{type=\"" + std::string(type) + "\"} 1\n"));
+}
+
 TEST_F(Program, BuildsAFolderThatInfoReads) {
   const std::string out = (folder_.path() / "out").string();
   std::ofstream(folder_.path() / "conf") << "error = 50\ntitle = from the file\n";
