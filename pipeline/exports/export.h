@@ -10,8 +10,8 @@
 namespace cordillera::pipeline {
 
 /// Writes manifest.json, everything that the chosen faces name, and index.html where tileset.json is among it. The folder appears
-/// whole, by a rename, or not at all. It may be missing, empty, or an earlier export, which is replaced or refused; anything else
-/// is refused. threads: 0: one for each usable core.
+/// whole, by a rename, or not at all; what killed processes left beside it, FOLDER.partial-PID, is removed. It may be missing,
+/// empty, or an earlier export, which is replaced or refused; anything else is refused. threads: 0: one for each usable core.
 proto::Result<void> export_static(const faces::Terrain& terrain, const std::vector<const faces::Face*>& chosen,
                                   const std::string& folder, Existing other = Existing::replace, unsigned threads = 1);
 

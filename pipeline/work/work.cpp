@@ -176,8 +176,8 @@ proto::Result<void> do_tasks(const proto::WorkPlan& plan, const proto::WorkStage
 }
 
 bool worth_retrying(const proto::Problem& problem) {
-  for (const char* type :
-       {"storage-read", "storage-write", "storage-full", "shard-missing", "shards-missing", "shard-damaged", "cancelled"}) {
+  for (const char* type : {"storage-read", "storage-write", "storage-full", "store-write", "export-write", "shard-missing",
+                           "shards-missing", "shard-damaged", "cancelled"}) {
     if (problem.type == type) return true;
   }
   return false;

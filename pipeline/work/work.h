@@ -33,7 +33,7 @@ using TaskEnded = std::function<void(const proto::WorkTask&, TaskOutcome)>;
 proto::Result<void> do_tasks(const proto::WorkPlan& plan, const proto::WorkStage& stage, const std::vector<std::size_t>& tasks,
                              const WorkOrder& order, const TaskEnded& ended, const std::atomic<bool>& stop);
 
-/// Whether trying again later, elsewhere, may help: storage and missing stages, not bad input.
+/// Whether trying again later, elsewhere, may help: storage, full disks and missing stages, not bad input.
 bool worth_retrying(const proto::Problem& problem);
 
 }  // namespace cordillera::pipeline::work

@@ -1,4 +1,6 @@
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <array>
 #include <bit>
@@ -271,6 +273,22 @@ TEST(TilesetExport, PathsAreTheServicesAndTilesDecode) {
   EXPECT_EQ(glb, store.manifest().tiles());
   EXPECT_EQ(subtrees, 6U);
   EXPECT_TRUE(decode_glb(read_file(out / "tiles/E/7/1/80.glb")).ok());
+}
+
+TEST(TilesetExport, RemovesWhatAKilledOneLeft) {
+  const TemporaryFolder folder;
+  const pid_t gone = fork();
+  if (gone == 0) _exit(0);
+  waitpid(gone, nullptr, 0);
+  const std::string of_gone = std::to_string(gone), of_other = "1";
+  const std::vector<std::string> kept = {"out.partial-" + of_other,  "out.partial-" + of_gone + ".old",
+                                         "out.partial-0" + of_gone,  "out.partial-",
+                                         "other.partial-" + of_gone, "out.partial-x"};
+  for (const std::string& name : kept) fs::create_directories(folder / name);
+  fs::create_directories(folder / ("out.partial-" + of_gone + "/tiles"));
+  ASSERT_TRUE(export_static(shared_terrain(), kFaces, folder / "out").ok());
+  EXPECT_FALSE(fs::exists(folder / ("out.partial-" + of_gone)));
+  for (const std::string& name : kept) EXPECT_TRUE(fs::exists(folder / name)) << name;
 }
 
 TEST(TilesetExport, ReplacesAnEarlierExportAndNothingElse) {

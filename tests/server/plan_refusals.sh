@@ -82,6 +82,9 @@ mkdir elsewhere
 (cd elsewhere && "$program" work ../here -q > ../said 2>&1) || fail 'tasks cannot be done in another folder'
 says 0 '' publish here -o out -q
 
+# What cannot be written now may be later.
+says 75 'cannot be written' publish here -o dem/dem00.asc/out.sqlite
+
 # What a client reads before any tile of a folder is checked as well.
 says 0 'sound' check out
 cp -r out cut && rm cut/tileset.json

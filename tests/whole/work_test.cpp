@@ -209,6 +209,12 @@ TEST_F(Work, what_is_missing_or_damaged_is_named_and_nothing_is_published) {
   ASSERT_TRUE(stage(plan, 0).ok());
   EXPECT_EQ(done_, 1);
   EXPECT_TRUE(publish(plan, "out.sqlite").ok());
+  // A full disk may have room tomorrow.
+  refused = publish(plan, "no such folder/out.sqlite");
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.problem().type, "store-write");
+  EXPECT_TRUE(work::worth_retrying(refused.problem()));
+  EXPECT_TRUE(work::worth_retrying({"export-write", "", "", ""}));
 }
 
 TEST_F(Work, a_raster_that_changed_since_the_plan_is_refused) {
