@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "pipeline/build/water_build.h"
 #include "pipeline/encode/encode.h"
 #include "pipeline/plan/plan.h"
 #include "proto/ellipsoid.h"
@@ -62,6 +63,7 @@ proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& p
   for (const raster::MosaicMember& member : request.members) *manifest.add_sources() = member.description;
   *manifest.mutable_notes() = request.options.warnings();
   if (std::string why = why_waves(plan); !why.empty()) manifest.add_notes(std::move(why));
+  if (std::string note = note_on_mask(request.options, source); !note.empty()) manifest.add_notes(std::move(note));
   *manifest.mutable_options() = effective(request, plan, source, machine);
   manifest.mutable_options()->set_name(manifest.name());
   manifest.mutable_options()->set_title(manifest.title());

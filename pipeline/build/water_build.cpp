@@ -9,6 +9,8 @@
 #include "pipeline/build/build.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/store/water_mask.h"
+#include "proto/utf8.h"
+#include "raster/place/area.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -160,6 +162,16 @@ proto::Result<void> check_water(const proto::BuildOptions& options) {
   }
   const auto opened = open_mask(options.water_mask());
   return opened.ok() ? proto::Result<void>() : opened.problem();
+}
+
+std::string note_on_mask(const proto::BuildOptions& options, const proto::Source& source) {
+  if (options.water_mask().empty()) return "";
+  const auto mask = open_mask(options.water_mask());
+  const auto area = mask.ok() ? raster::area_of((*mask)->description().bbox()) : std::nullopt,
+             data = raster::area_of(source.bbox());
+  if (!area || !data || raster::intersect(*area, *data)) return "";
+  return "The water mask " + proto::as_utf8(std::filesystem::path(options.water_mask()).filename().string()) +
+         " lies elsewhere: nothing is water";
 }
 
 proto::Result<void> build_water(const proto::Plan& plan, Workers& workers, const OpenSource& open, StoreWriter& store,

@@ -23,4 +23,7 @@ proto::Result<void> build_water(const proto::Plan& plan, Workers& workers, const
 /// The mask opens and lies somewhere: asked before hours of building. Nothing without water-mask=.
 proto::Result<void> check_water(const proto::BuildOptions& options);
 
+/// A sentence where the mask of water-mask= covers nothing of a source; else, and where the mask cannot be opened, nothing.
+std::string note_on_mask(const proto::BuildOptions& options, const proto::Source& source);
+
 }  // namespace cordillera::pipeline

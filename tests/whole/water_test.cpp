@@ -248,6 +248,16 @@ TEST_F(Water, IsNotSpokenOfWhereNobodyAskedForIt) {
   EXPECT_TRUE(mask("terrain/8/260/165.terrain").empty());
 }
 
+TEST_F(Water, AMaskThatLiesElsewhereIsNoted) {
+  proto::BuildOptions options;
+  options.set_water_mask(folder_.path("mask.tif"));
+  write(cells_of({kLevel, kShore.west, kShore.north - 2 * kRows}, 80, 60, [](int, int) { return 1.0; }), options.water_mask());
+  options.set_error(500);
+  build(options);
+  ASSERT_EQ(manifest_.notes_size(), 1);
+  EXPECT_EQ(manifest_.notes(0), "The water mask mask.tif lies elsewhere: nothing is water");
+}
+
 TEST_F(Water, AMaskThatCannotBeReadIsNamed) {
   proto::BuildOptions options;
   options.set_water_mask(folder_.path("no.tif"));
