@@ -91,6 +91,16 @@ cp -r out cut && rm cut/tileset.json
 says 1 'tileset.json: it is missing' check cut
 rm -r cut && cp -r out cut && for subtree in $(find cut -name '*.subtree'); do truncate -s -1 "$subtree"; done
 says 1 'it is no subtree file' check cut
+rm -r cut && cp -r out cut && python3 - << 'EOF'
+import glob, re
+for name in glob.glob("cut/subtrees/*/0/*/*.subtree"):
+    with open(name, "r+b") as file:
+        named = re.sub(rb'"childSubtreeAvailability":\{[^}]*\}',
+                       lambda found: b'"childSubtreeAvailability":{"constant":0}'.ljust(len(found[0])), file.read())
+        file.seek(0)
+        file.write(named)
+EOF
+says 1 'it does not name the subtree .*, which is there' check cut
 
 # Another version of the program.
 sed -i 's/"program": *"[^"]*"/"program":"cordillera 0.0.1"/' geoid/plan.json
