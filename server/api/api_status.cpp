@@ -249,7 +249,7 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pa
   json["asleep"] = building && service.live().is_asleep(dataset.id);
   json["source"] = dataset.address.empty() ? Json(nullptr) : Json(updates::without_query(dataset.address));
   const bool is_asked_for = is_lazy(dataset) && !provisional;  // until it is known whether its blocks can be shown one by one
-  json["build"] = building && (is_asked_for || is_built_lazily(service, dataset)) ? kLazy : "full";
+  json["build"] = building && (is_asked_for || is_built_lazily(service, dataset)) ? kLazy : kFull;
   json["links"] = links_json(path, dataset.state == State::ready ? Readable::all
                                    : provisional                 ? Readable::provisional
                                                                  : Readable::nothing);

@@ -13,13 +13,31 @@
 namespace cordillera::server {
 namespace {
 
-/// build=lazy of an address, unless updates=1 is said: the raster is not kept but read where it stands, as that of /v1/live.
-std::optional<proto::Problem> take_again(const Given& given, Posting& posting) {
-  if (posting.delivery.address.empty() || !is_given(given, "build") || posting.settings.build.build() != kLazy)
-    return std::nullopt;
-  if (is_given(given, "updates") && posting.updates) return std::nullopt;  // it is copied and kept
-  posting.updates = false;
-  posting.again = true;
+/// The option that does not go with blocks which are made one by one; null: none.
+const char* against_lazy(const proto::BuildOptions& build) {
+  if (build.has_provisional() && !build.provisional()) return "provisional";
+  return build.keep_size() > 0 ? "keep" : nullptr;
+}
+
+/// Whether a raster at an address is read where it stands, as that of /v1/live, or copied. It is copied for updates=1 and
+/// build=full, also where the operator said the latter. Nobody is refused for a default: what does not go with lazy has it
+/// copied.
+bool stays_at_its_address(const Given& given, const std::optional<bool>& updates, const Settings& settings) {
+  const std::string& said = settings.build.build();  // by the request, else by the operator; empty: by nobody
+  if (updates && *updates) return false;
+  if (is_given(given, "build")) return said == kLazy;
+  if (settings.dry_run || against_lazy(settings.build) != nullptr) return false;
+  return said != kFull || updates;  // updates=0 is the request's own word against a copy
+}
+
+std::optional<proto::Problem> take_address(const Given& given, const std::optional<bool>& updates, Posting& posting) {
+  const bool fetched = !posting.delivery.address.empty();
+  posting.again = fetched && stays_at_its_address(given, updates, posting.settings);
+  // updates=1 is of the service alone: no build differs for it but in its blocks. A raster that is copied from an address is
+  // kept, as those of updates=1 are.
+  posting.updates = !posting.again && updates.value_or(fetched);
+  if (!posting.again) return std::nullopt;
+  posting.settings.build.set_build(kLazy);
   if (!posting.settings.dry_run) return std::nullopt;
   return proto::Problem{"options-conflict", "a dry run looks at a raster that is sent", "one of them", "dry_run"};
 }
@@ -28,10 +46,7 @@ std::optional<proto::Problem> take_again(const Given& given, Posting& posting) {
 /// full.
 std::optional<proto::Problem> take_lazy(bool asked, Posting& posting) {
   proto::BuildOptions& build = posting.settings.build;
-  if (build.build() != kLazy) return std::nullopt;
-  const char* against = build.has_provisional() && !build.provisional() ? "provisional"
-                        : build.keep_size() > 0                         ? "keep"
-                                                                        : nullptr;
+  const char* against = build.build() == kLazy ? against_lazy(build) : nullptr;
   if (against == nullptr) return std::nullopt;
   if (asked) {
     return proto::Problem{"options-conflict",
@@ -54,16 +69,13 @@ proto::Result<Posting> read_posting(Service& service, const Request& request, Ra
   if (auto problem = read_layer(post_words(), given, Spelling::query, words, words.settings)) return *problem;
   static_cast<RasterWords&>(posting.delivery) = words.raster;
   posting.settings = std::move(words.settings);
-  // updates=1 is of the service alone: no build differs for it but in its blocks. A raster that is fetched is kept, as those of
-  // updates=1 are.
-  posting.updates = words.updates.value_or(!posting.delivery.address.empty());
-  if (auto refused = take_again(given, posting)) return *refused;
+  if (auto refused = take_address(given, words.updates, posting)) return *refused;
   if (auto refused = take_lazy(is_given(given, "build"), posting)) return *refused;
   if (auto refused = posting.settings.private_dataset ? service.gate().refuse_private() : std::nullopt) return *refused;
   if (auto refused = apply_policy(service.settings(), posting.settings.build)) return *refused;
   if (auto refused = check_delivery(service.settings().serve, request, raster, posting.delivery)) return *refused;
   if (!posting.delivery.address.empty() && !posting.updates && !posting.again) {
-    return proto::Problem{"options-conflict", "a raster that is fetched is kept, as those of updates=1 are",
+    return proto::Problem{"options-conflict", "a raster that is copied from an address is kept, as those of updates=1 are",
                           "source= without updates=0, or with build=lazy", "source"};
   }
   if (posting.updates && posting.settings.dry_run) {

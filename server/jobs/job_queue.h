@@ -40,8 +40,8 @@ bool is_passing(const proto::Problem& problem, int attempt);
 /// What a build of rasters of so many bytes may take: one that is cheap to send keeps the others waiting for so long at most.
 std::uint32_t build_seconds(const Limits& limits, std::uint64_t raster_bytes);
 
-/// build=lazy: blocks are made as their tiles are asked for.
-inline constexpr const char* kLazy = "lazy";
+/// build=lazy: blocks are made as their tiles are asked for; build=full: all of them at once.
+inline constexpr const char *kLazy = "lazy", *kFull = "full";
 bool is_lazy(const Dataset& dataset);
 
 /// What a child is told of a dataset, but for its raster and the operator's limits.

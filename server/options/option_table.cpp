@@ -231,8 +231,10 @@ std::vector<OptionSpec> make_posting_options() {
          if (!complaint) settings.build.set_provisional(shown);
          return complaint;
        }},
-      {"build", "BLOCKS", "make all blocks of a raster at once, or each when one of its tiles is asked for", "full or lazy",
-       [](std::string_view text, Settings& settings) {
+      {"build", "BLOCKS",
+       "make all blocks of a raster at once, or each when one of its tiles is asked for; of an address (source=) lazy is the "
+       "default",
+       "full or lazy", [](std::string_view text, Settings& settings) {
          std::string blocks;
          auto complaint = read_choice(text, {"full", "lazy"}, &blocks);
          if (!complaint) settings.build.set_build(blocks);

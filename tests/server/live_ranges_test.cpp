@@ -40,8 +40,8 @@ TEST_F(ByRanges, AnAddressIsPostedToo) {
   start();
   const auto post = [&](const std::string& options) {
     return curl("-H 'Prefer: wait=500' -H 'Idempotency-Key: hills' -d source=" + host_.address() + kCog +
-                " -d crs=EPSG:4326 -d vertical_datum=ellipsoid -d error=20 -d max_level=12 -d build=lazy " + options + " '" +
-                server_.base() + "/v1/datasets'");
+                " -d crs=EPSG:4326 -d vertical_datum=ellipsoid -d error=20 -d max_level=12 " + options + " '" + server_.base() +
+                "/v1/datasets'");
   };
   Json posted = post("");
   const std::string id = posted.value("id", "");
@@ -50,8 +50,23 @@ TEST_F(ByRanges, AnAddressIsPostedToo) {
   EXPECT_THAT(body("/v1/datasets/" + id + "/tileset.json"), HasSubstr("geometricError"));
   EXPECT_THAT(status(id)["source"].dump(), HasSubstr(kCog));
   EXPECT_EQ(post("").value("id", ""), id) << "the same request, another answer to it";
+  EXPECT_EQ(post("-d build=lazy").value("id", ""), id) << "what is meant without a word";
   EXPECT_THAT(post("-d updates=1").dump(), HasSubstr("idempotency-key-reused")) << "copied and kept, it would be another dataset";
-  EXPECT_THAT(post("-d dry_run=1").dump(), HasSubstr("options-conflict"));
+  EXPECT_THAT(post("-d build=lazy -d dry_run=1").dump(), HasSubstr("options-conflict"));
+  const auto of_json = [&](const std::string& more) {
+    return curl("-H 'Prefer: wait=500' -H 'Content-Type: application/json' -d '{\"source\": \"" + host_.address() + kCog +
+                R"(", "crs": "EPSG:4326", "vertical_datum": "ellipsoid")" + more + "}' '" + server_.base() + "/v1/datasets'");
+  };
+  auto before = host_.sent();
+  Json alone = of_json("");
+  EXPECT_EQ(alone["build"], "lazy") << alone;
+  EXPECT_EQ(alone["provisional"], true) << alone;
+  EXPECT_LT(host_.sent() - before, hills_.size());
+  before = host_.sent();
+  Json copied = of_json(R"(, "build": "full", "error": 50, "max_level": 10)");
+  EXPECT_EQ(copied["state"], "ready") << copied;
+  EXPECT_GE(host_.sent() - before, hills_.size());
+  EXPECT_EQ(json("/v1/datasets/" + copied.value("id", "") + "/sources")["sources"].size(), 1u) << "it is kept";
 }
 
 TEST_F(ByRanges, ARasterThatChangesMeanwhileIsReadAnew) {

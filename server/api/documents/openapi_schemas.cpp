@@ -53,8 +53,10 @@ Json dataset() {
       {"description", "lazy: blocks are made as their tiles are asked for; until all are, the dataset is running"}};
   properties["asleep"] = {{"type", "boolean"},
                           {"description", "what was made of it went to make room; who reads it has it made anew"}};
-  properties["source"] = {{"type", Json::array_t{"string", "null"}},
-                          {"description", "of /v1/live: the address of its raster, without what may be a signature"}};
+  properties["source"] = {
+      {"type", Json::array_t{"string", "null"}},
+      {"description",
+       "the address at which its raster is read, without what may be a signature; null: the service has the raster"}};
   properties["progress"] = or_null("progress");
   properties["error"] = or_null("problem");
   properties["links"] = {{"type", "object"},
