@@ -54,7 +54,7 @@ std::optional<proto::Problem> refuse_list(const fs::path& file, const std::strin
       "raster-format-unsupported",
       name +
           (kind == raster::ListKind::vrt ? " is a VRT, which names other rasters" : " is no raster, but may be a list of some"),
-      "build=lazy, with which the rasters that it names are read at their addresses; or each of them by POST …/sources",
+      "build=lazy, not updates=1, to have the rasters that it names read where they are; or each of them by POST …/sources",
       "source"};
 }
 
