@@ -84,7 +84,7 @@ TEST_F(ByRanges, ARasterThatChangesMeanwhileIsReadAnew) {
 }
 
 TEST_F(ByRanges, ASlowSourceKeepsNoOtherBuildWaiting) {
-  host_.has_parts(kCog, hills_, "\"one\"", RasterHost::Parts::slow);
+  host_.has_parts(kCog, hills_, "\"one\"", RasterHost::Parts::held);
   host_.hold_back();
   server_.start(folder_.path(), {"--source-allow", host_.address() + "/dems/", "--max-wait", "1", "--jobs", "1"});
   const auto post = [&](const std::string& raster) {
@@ -95,6 +95,8 @@ TEST_F(ByRanges, ASlowSourceKeepsNoOtherBuildWaiting) {
   const std::string slow = post("-d source=" + host_.address() + kCog + " -d build=lazy");
   ASSERT_TRUE(eventually([&] { return host_.asked().size() > 1; })) << "its job waits for more than its beginning";
   const std::string other = post("--data-binary @" + raster_);
+  // As long as a job may wait for its source while others wait.
+  EXPECT_EQ(slug("/v1/datasets/" + slow + tile_at(11.5, 46.6), "-H 'Prefer: wait'"), "tile-not-ready");
   host_.let_go();
   ASSERT_TRUE(eventually([&] { return status(other)["state"] == "ready"; })) << server_.log();
   EXPECT_THAT(server_.log(), HasSubstr("dataset " + slow + ": its source is slow"));

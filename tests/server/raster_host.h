@@ -86,7 +86,7 @@ class RasterHost {
   void has_tagged(const std::string& target, const std::string& bytes, const std::string& tag) {
     put(target, {200, bytes, Ends::well, tag});
   }
-  /// How a host sends parts. All but three begin well. slow: each takes a second more, and waits while the host holds them back.
+  /// How a host sends parts. All but three begin well. held: those that the host holds back wait.
   enum class Parts {
     none,
     well,
@@ -95,7 +95,7 @@ class RasterHost {
     not_after_the_first,
     endless,
     hanging,
-    slow,
+    held,
     other_size,
     without_total,
     untagged,
@@ -209,10 +209,8 @@ class RasterHost {
     if (answer.status == 206 || said.parts == Parts::in_full)
       answer.set_header("Content-Range",
                         "bytes " + std::to_string(part.first + moved) + "-" + std::to_string(part.end - 1 + moved) + "/" + total);
-    if (said.parts == Parts::slow && !well) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(1100));
-      while (holds_back_ && !ending_) std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
+    while (said.parts == Parts::held && !well && holds_back_ && !ending_)
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
     count(text.size());
     if (said.parts == Parts::cut && !well) {
       answer.set_content_provider(text.size(), "image/tiff", [text](std::size_t from, std::size_t, httplib::DataSink& sink) {
