@@ -149,6 +149,7 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
   teller.stage("open", 1);
   const auto source = open_source(request);
   if (!source.ok()) return source.problem();
+  const std::future<void> device = wake_device(request.options, (*source)->description());
   auto plan = plan_of(request, **source);
   if (!plan.ok()) return plan.problem();
   Workshop shop(request, *plan, stop);

@@ -42,6 +42,8 @@ double samples_of_block(const proto::Plan& plan) {
          1;
 }
 
+bool is_void(std::int32_t height) { return height == proto::kNoHeight; }
+
 double memory_for_blocks(std::uint32_t memory_mib) {
   constexpr double kUsualMemory = 4e9;
   return memory_mib > 0 ? 0.75 * memory_mib * (1 << 20) : kUsualMemory;
@@ -108,30 +110,40 @@ proto::Result<void> Builder::prepare() {
     const std::size_t on_gpu = at_once(kMostOnGpu), turns = std::min(on_gpu, kTurnsOfGpu);
     exact_.open(room_.device, {at_once(kMostOnCpu), 1}, {turns, on_gpu / turns});
   }
-  for (unsigned k = 0; k < workers_.threads(); ++k) {
-    auto source = open_();
-    if (!source.ok()) return source.problem();
-    sources_.push_back(source_of_tiles(plan_, std::move(*source)));
-  }
+  // With the plan as it is: its targets may be changed meanwhile.
+  const auto open = [open = open_, plan = plan_] {
+    auto source = open();
+    if (source.ok()) source = source_of_tiles(plan, std::move(*source));
+    return source;
+  };
+  if (const auto begun = sources_.open(workers_.threads(), open); !begun.ok()) return begun;
   if (plan_.exact() && (!has_levels_above(plan_) || merged_at_once(plan_))) return {};
   return tiles_.open(room_.device, plan_.exact() ? gpu::kStrategies.front() : named_strategy(plan_.options()));
 }
 
 proto::Result<void> Builder::opened() const { return plan_.exact() ? exact_.opened() : proto::Result<void>(); }
-
 std::string Builder::device() const { return plan_.exact() ? exact_.device() : tiles_.device(); }
+
+std::vector<raster::PixelPoint> Builder::pixels_in(const proto::TileAddress& tile, unsigned worker) {
+  const auto source = sources_.of(worker);
+  return source.ok() ? pixels_of(lattice_, tile, **source) : std::vector<raster::PixelPoint>();
+}
+
+/// False, too, where it cannot be asked: who reads is told why.
+bool Builder::is_empty(const raster::Source::Window& w) {
+  bool empty = false;
+  workers_.each(1, [&](std::size_t, unsigned worker) {
+    const auto source = sources_.of(worker);
+    empty = source.ok() && (*source)->empty(lattice_, w.west, w.south, w.east - w.west + 1, w.north - w.south + 1);
+  });
+  return empty;
+}
 
 proto::Result<proto::Samples> Builder::read(const proto::TileAddress& node) {
   // Border chains look to either side.
   const raster::Source::Window window = node_window(plan_, node, rim_reach(lattice_, node.z));
   proto::Samples samples;
-  if (window.west > window.east || window.south > window.north) return samples;
-  bool empty = false;
-  workers_.each(1, [&](std::size_t, unsigned worker) {  // a source is its worker's alone
-    empty = sources_[worker]->empty(lattice_, window.west, window.south, window.east - window.west + 1,
-                                    window.north - window.south + 1);
-  });
-  if (empty) return samples;
+  if (window.west > window.east || window.south > window.north || is_empty(window)) return samples;
   samples.west = window.west;
   samples.south = window.south;
   samples.columns = static_cast<std::int32_t>(window.east - window.west + 1);
@@ -160,7 +172,9 @@ proto::Result<void> Builder::read_into(const raster::Source::Window& window, pro
     const std::int64_t from = rows * strip / strips, west = columns * piece / pieces;
     const auto high = static_cast<std::int32_t>(rows * (strip + 1) / strips - from),
                wide = static_cast<std::int32_t>(columns * (piece + 1) / pieces - west);
-    const auto part = sources_[worker]->sample(lattice_, window.west + west, window.south + from, wide, high);
+    const auto source = sources_.of(worker);
+    const auto part = source.ok() ? (*source)->sample(lattice_, window.west + west, window.south + from, wide, high)
+                                  : proto::Result<proto::Samples>(source.problem());
     if (!part.ok()) {
       const std::lock_guard lock(mutex);
       if (!problem) problem = part.problem();
@@ -214,23 +228,14 @@ proto::Result<FinishedTask> Builder::exact_block(const proto::TileAddress& node,
   raster::Source::Window window = node_window(plan_, node, 3);
   window.west = std::max(window.west, all.west), window.east = std::min(window.east, all.east);
   window.south = std::max(window.south, all.south), window.north = std::min(window.north, all.north);
-  bool empty = false;
-  workers_.each(1, [&](std::size_t, unsigned worker) {  // a source is its worker's alone
-    empty = sources_[worker]->empty(lattice_, window.west, window.south, window.east - window.west + 1,
-                                    window.north - window.south + 1);
-  });
-  if (empty) return task;
-  proto::Samples samples =
-      place.empty_samples();  // not before: pages of blocks without data would take most of the time of a sparse raster
+  if (is_empty(window)) return task;
+  proto::Samples samples = place.empty_samples();  // not before: a sparse raster would spend most of its time on pages
   if (const auto read = read_into(window, samples, finest.haste()); !read.ok()) return read.problem();
   if (stop_) return kCancelled;
-  if (std::all_of(samples.height.begin(), samples.height.end(), [](std::int32_t h) { return h == proto::kNoHeight; }))
-    return task;
+  if (std::all_of(samples.height.begin(), samples.height.end(), is_void)) return task;
   share(kReadShare);
   const BlockRoom taken(*this, finest.haste());
-  const ReadPixels pixels = [this](const proto::TileAddress& tile, unsigned worker) {
-    return pixels_of(lattice_, tile, *sources_[worker]);
-  };
+  const ReadPixels pixels = [this](const proto::TileAddress& tile, unsigned worker) { return pixels_in(tile, worker); };
   auto built = build_exact_block(plan_, node, place, samples, exact_, {workers_, pixels, finest},
                                  [&](double part) { share(kReadShare + (1 - kReadShare) * part); });
   if (stop_) return kCancelled;
@@ -246,7 +251,7 @@ void Builder::encode(const LevelContext& context, std::vector<BuiltTile>& tiles,
   } else {
     finish_with_sides(context, tiles, workers_, [&](std::size_t k, unsigned worker) {
       if (stop_) return std::vector<gpu::MeshPoint>();
-      const std::vector<raster::PixelPoint> pixels = pixels_of(lattice_, tiles[k].tile, *sources_[worker]);
+      const std::vector<raster::PixelPoint> pixels = pixels_in(tiles[k].tile, worker);
       // Of tiles that do not change what finish() measured is true still.
       const bool again = encoded[k].has_value();
       gpu::SurfaceMemory memory;
@@ -268,9 +273,8 @@ proto::Result<FinishedTask> Builder::block(const proto::TileAddress& node, const
   task.node = node;
   const proto::Result<proto::Samples> samples = read(node);
   if (!samples.ok()) return samples.problem();
-  const bool any =
-      std::any_of(samples->height.begin(), samples->height.end(), [](std::int32_t h) { return h != proto::kNoHeight; });
-  if (!any) return stop_ ? proto::Result<FinishedTask>(kCancelled) : task;
+  if (std::all_of(samples->height.begin(), samples->height.end(), is_void))
+    return stop_ ? proto::Result<FinishedTask>(kCancelled) : task;
   share(kReadShare);
   const gpu::SampleFrames frames(lattice_, *samples);
   const SampleCounts counts(lattice_, *samples, workers_);

@@ -13,6 +13,7 @@
 
 #include "pipeline/build/exact_build.h"
 #include "pipeline/build/tile_simplifiers.h"
+#include "pipeline/build/worker_sources.h"
 #include "pipeline/store/store.h"
 #include "pipeline/threads/workers.h"
 #include "pipeline/tile/tile_mesh.h"
@@ -33,8 +34,7 @@ struct Room {
 
 class Builder {
  public:
-  /// Opens one more handle on the source; called once a worker.
-  using OpenSource = std::function<proto::Result<std::unique_ptr<raster::Source>>()>;
+  using OpenSource = WorkerSources::Open;
 
   Builder(const proto::Plan& plan, Workers& workers, OpenSource open, Room room, const std::atomic<bool>& stop);
   /// Opens sources, and begins to open the device: one that cannot be used is a problem of this, or of the first task.
@@ -69,6 +69,8 @@ class Builder {
   TileSimplifiers& tiles() { return tiles_; }
 
  private:
+  std::vector<raster::PixelPoint> pixels_in(const proto::TileAddress& tile, unsigned worker);
+  bool is_empty(const raster::Source::Window& window);
   proto::Result<FinishedTask> merge_at_once(const ChildMesh& mesh_of);
   proto::Result<FinishedTask> exact_block(const proto::TileAddress& node, const std::function<void(double)>& share,
                                           const FinestSink& finest);
@@ -85,8 +87,8 @@ class Builder {
   OpenSource open_;
   const Room room_;
   const std::atomic<bool>& stop_;
-  std::vector<std::unique_ptr<raster::Source>> sources_;  ///< one a worker
-  class BlockRoom;                                        ///< of a block that goes on after it was read
+  WorkerSources sources_;
+  class BlockRoom;  ///< of a block that goes on after it was read
   std::mutex rooms_mutex_;
   std::condition_variable room_free_;
   std::size_t rooms_taken_ = 0;

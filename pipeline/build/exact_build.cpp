@@ -43,7 +43,7 @@ class BlockBuild {
         place_(place),
         curve_(curve_of(plan, place_)),
         frames_(lattice_, samples),
-        counts_(lattice_, samples, team.workers),
+        counts_(lattice_, samples, team.workers, Workers::Haste::somebody_waits),  // the simplifier does
         asked_(levels_of_block(plan, node.z)),
         keeps_squares_(place.merged_above && merged_at_once(plan)) {
     if (keeps_squares_) asked_.known_reach = most_rim_reach(plan);

@@ -11,11 +11,13 @@
 #include <utility>
 
 #include "gpu/device/device_choice.h"
+#include "gpu/exact/simplify_block.h"
 #include "pipeline/build/block_order.h"
 #include "pipeline/build/in_flight.h"
 #include "pipeline/build/water_build.h"
 #include "pipeline/plan/block_grid.h"
 #include "pipeline/plan/plan.h"
+#include "proto/cores.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -58,6 +60,9 @@ proto::Result<void> commit(const Site& site, FinishedTask& task) {
 
 const proto::Problem kPaused{"paused", "blocks are made when somebody looks at them", "", ""};
 const proto::Problem kTurnIsOver{"paused", "other builds have their turn", "", "turn"};
+
+// So many of a thread, and a GPU is open before the threads are done with them.
+constexpr double kSamplesOfThread = 400'000;
 
 // A lazy build's process ends when nobody has looked at another block for so long, and after its turn. Who looks later waits for
 // another process and for its device, several times as long as for a block: it ends early only where other builds wait.
@@ -136,7 +141,9 @@ proto::Result<void> build_blocks(const Site& site, const std::vector<proto::Tile
       finest.take = [=](const std::vector<EncodedTile>& tiles) { follower->take_finest(node, tiles); };
     }
     auto task = site.shop.builder.block(node, tell, finest);
-    if (task.ok()) tell(1);
+    if (!task.ok()) return task;
+    site.store.keep(*task);  // it takes longer than the rest of a commit, which waits for those before it
+    tell(1);
     return task;
   };
   const auto take = [&](std::size_t, FinishedTask&& task) {
@@ -190,10 +197,22 @@ proto::Result<void> merge_upwards(const Site& site, const Stages& stages) {
 }  // namespace
 
 std::string device_of(const proto::Plan& plan, const std::string& asked, unsigned threads) {
-  constexpr double kSamplesOfThread = 400'000;
   const double columns = plan.window(2) - plan.window(0) + 1.0, rows = plan.window(3) - plan.window(1) + 1.0;
   const bool is_soon_done = plan.exact() && columns * rows < kSamplesOfThread * threads;
   return gpu::is_any_device(asked) && is_soon_done ? "cpu" : asked;
+}
+
+std::future<void> wake_device(const proto::BuildOptions& options, const proto::Source& source) {
+  const std::string& asked = options.device();
+  const bool is_any = gpu::is_any_device(asked);
+  if (asked == "cpu" || (is_any && !gpu::has_cuda_driver())) return {};
+  // A build of the whole raster has a sample for each pixel, or more.
+  const bool is_whole = options.bbox_size() == 0 && !options.has_max_level();
+  const unsigned threads = options.threads() > 0 ? options.threads() : proto::usable_cores();
+  const bool is_large = 1.0 * source.columns() * source.rows() >= kSamplesOfThread * threads;
+  if (is_any && !(is_whole && is_large)) return {};
+  return std::async(std::launch::async | std::launch::deferred,
+                    [asked] { static_cast<void>(gpu::exact::make_block_simplifier(asked, gpu::ParallelFor())); });
 }
 
 Workshop::Workshop(const BuildRequest& request, const proto::Plan& plan, const std::atomic<bool>& stop)

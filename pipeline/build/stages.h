@@ -2,6 +2,7 @@
 // The driver of every build in one process: blocks, then what is made above them, stage by stage. A task is committed to the
 // store when it is done, so a build that was ended goes on there. What differs between builds is which tasks there are.
 #include <atomic>
+#include <future>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,10 @@ namespace cordillera::pipeline {
 /// As asked for. "auto" is the CPU for exact blocks of so few samples that its threads are done with them before a GPU is open:
 /// that, and to close it, takes a third of a second. The bytes are the same.
 std::string device_of(const proto::Plan& plan, const std::string& asked, unsigned threads);
+
+/// Brings up the device while the plan is made, which takes it a quarter of a second once a process: where it is sure to be used.
+/// Whoever destroys it waits until it is up.
+std::future<void> wake_device(const proto::BuildOptions& options, const proto::Source& source);
 
 /// Threads, and on them a builder of a plan, with handles of its own on the request's sources. request and stop outlive it.
 struct Workshop {

@@ -88,7 +88,7 @@ proto::TileRecord record_of(const BuiltTile& built) {
 
 }  // namespace
 
-SampleCounts::SampleCounts(const proto::Lattice& lattice, const proto::Samples& samples, Workers& workers)
+SampleCounts::SampleCounts(const proto::Lattice& lattice, const proto::Samples& samples, Workers& workers, Workers::Haste haste)
     : lattice_(lattice),
       samples_west_(samples.west),
       samples_east_(samples.west + samples.columns),
@@ -97,11 +97,12 @@ SampleCounts::SampleCounts(const proto::Lattice& lattice, const proto::Samples& 
       across_(proto::floor_divide(samples_east_ - 1, proto::kTileCells) - west_ + 1) {
   const std::int64_t rows = proto::floor_divide(samples.south + samples.rows - 1, proto::kTileCells) - south_ + 1;
   squares_.resize(static_cast<std::size_t>(across_ * rows));
-  workers.each(squares_.size(), [&](std::size_t k, unsigned) {
+  const auto count = [&](std::size_t k, unsigned) {
     const std::int64_t row = south_ + static_cast<std::int64_t>(k) / across_,
                        column = west_ + static_cast<std::int64_t>(k) % across_;
     squares_[k] = count_square(lattice, samples, column * proto::kTileCells, row * proto::kTileCells, proto::kTileCells);
-  });
+  };
+  workers.each(squares_.size(), count, haste);
 }
 
 SampleCount SampleCounts::of(const proto::TileAddress& tile) const {

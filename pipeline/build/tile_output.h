@@ -24,7 +24,8 @@ struct SampleCount {
 /// The samples of a block, counted once for the tiles of all its levels. Borrows the lattice.
 class SampleCounts {
  public:
-  SampleCounts(const proto::Lattice& lattice, const proto::Samples& samples, Workers& workers);
+  SampleCounts(const proto::Lattice& lattice, const proto::Samples& samples, Workers& workers,
+               Workers::Haste haste = Workers::Haste::none);
   SampleCount of(const proto::TileAddress& tile) const;
 
  private:

@@ -34,6 +34,7 @@ struct FinishedTask {
   proto::TileAddress node;                                         ///< the block or the merged parent
   std::vector<EncodedTile> tiles;                                  ///< tiles with at least one triangle
   std::optional<std::pair<proto::TileAddress, std::string>> mesh;  ///< serialised mesh for the parent's weld; none when all void
+  bool mesh_is_kept = false;                                       ///< in a file, and mesh has its hash: see StoreWriter::keep
   std::vector<proto::TileAddress> consumed;                        ///< child meshes no longer needed
 };
 
@@ -52,7 +53,10 @@ class StoreWriter {
   static proto::Result<std::unique_ptr<StoreWriter>> open(const std::string& path, const proto::Plan& plan,
                                                           Existing other = Existing::replace);
   virtual ~StoreWriter() = default;
-  virtual bool finished(const proto::TileAddress& node) const = 0;   ///< a committed block or merge
+  virtual bool finished(const proto::TileAddress& node) const = 0;  ///< a committed block or merge
+  /// The part of a commit that any thread may do before its turn, several at once: puts the mesh into its file. What fails is
+  /// left to commit(). Of a task that is never committed a file stays of which nothing tells.
+  virtual void keep(FinishedTask& task) = 0;
   virtual proto::Result<void> commit(const FinishedTask& task) = 0;  ///< all or nothing
   /// A committed block's tiles, without what it has left; none of a published store.
   virtual FinishedTask block(const proto::TileAddress& node) const = 0;

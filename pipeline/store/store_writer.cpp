@@ -93,6 +93,15 @@ class SqliteWriter final : public StoreWriter {
     return there && (!left || !is_hash(*left) || files_.has(node));
   }
 
+  void keep(FinishedTask& task) override {
+    if (!task.mesh || task.mesh_is_kept || keeps_meshes_ || raster::no_room(path_, bytes_of(task), "tiles")) return;
+    try {
+      files_.put(task.mesh->first, task.mesh->second);
+      task.mesh->second = content_hash(task.mesh->second);
+      task.mesh_is_kept = true;
+    } catch (const StoreError&) {}  // commit() comes to it, too
+  }
+
   proto::Result<void> commit(const FinishedTask& task) override {
     const std::lock_guard lock(mutex_);
     if (published_) return store_write_problem(path_, "it is published");
@@ -105,19 +114,22 @@ class SqliteWriter final : public StoreWriter {
     }
     if (auto full = no_room_for(bytes_of(task))) return *full;
     try {
-      if (task.mesh && !keeps_meshes_) files_.put(task.mesh->first, task.mesh->second);  // before the row that tells of it
+      const bool as_it_is = keeps_meshes_ || task.mesh_is_kept;
+      if (task.mesh && !as_it_is) files_.put(task.mesh->first, task.mesh->second);  // before the row that tells of it
       Transaction transaction(*database_);
       for (const EncodedTile& tile : task.tiles) put(tile);
       if (task.mesh) {
         const TileAddress& at = task.mesh->first;
-        work_->put_mesh.bind(at.z, at.y, at.x, keeps_meshes_ ? task.mesh->second : content_hash(task.mesh->second)).run();
+        work_->put_mesh.bind(at.z, at.y, at.x, as_it_is ? task.mesh->second : content_hash(task.mesh->second)).run();
       }
       for (const TileAddress& child : task.consumed) work_->drop_mesh.bind(child.z, child.y, child.x).run();
       work_->put_task.bind(task.node.z, task.node.y, task.node.x).run();
       put_without_data();
       transaction.commit();
       without_data_.clear();
-      for (const TileAddress& child : task.consumed) files_.drop(child);
+      // Those of all blocks at once go with their folder, when the store is published next.
+      if (task.consumed.size() <= kMostDropped)
+        for (const TileAddress& child : task.consumed) files_.drop(child);
       return {};
     } catch (const StoreError& e) { return store_write_problem(path_, e.what()); }
   }
@@ -201,6 +213,7 @@ class SqliteWriter final : public StoreWriter {
 
  private:
   static constexpr std::size_t kMostWithoutData = 256;
+  static constexpr std::size_t kMostDropped = 4;  // children of one merge
 
   void put_without_data() {
     for (const TileAddress& node : without_data_) work_->put_task.bind(node.z, node.y, node.x).run();

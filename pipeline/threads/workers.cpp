@@ -53,7 +53,7 @@ void Workers::with_caller(std::size_t count, const std::function<void(std::size_
   if (count == 0) return;
   const std::function<void(std::size_t, unsigned)> any = [&](std::size_t item, unsigned) { work(item); };
   if (threads() == 1) return each(count, any);  // one thread was asked for
-  Loop loop{any, count, Haste::none};
+  Loop loop{any, count, Haste::somebody_waits};
   std::unique_lock lock(mutex_);
   if (count > 1) {
     loops_.push_back(&loop);

@@ -29,7 +29,8 @@ class Workers {
     };
   }
   /// Likewise work(item); the caller takes items, too, and does not wait until a worker is free. For callers that wait for
-  /// something other than a processor, for with them there is one thread more at work. Not where one thread was asked for.
+  /// something other than a processor, for with them there is one thread more at work. Not where one thread was asked for. It
+  /// goes first, too: what the caller feeds, a device, stands still meanwhile.
   void with_caller(std::size_t count, const std::function<void(std::size_t item)>& work);
 
  private:

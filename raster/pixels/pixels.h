@@ -30,13 +30,15 @@ class Pixels {
   /// period: columns around the earth, 0 when the raster does not close.
   Pixels(const Dataset& dataset, const HeightRule& rule, int period);
 
-  /// Fills heights with window.columns * window.rows metres, row-major from the window's first line.
+  /// Fills heights with window.columns * window.rows metres, row-major from the window's first line. What lies in the window
+  /// that was read before it is not read again: samples and pixels of a place are asked for one after the other.
   proto::Result<void> read(const PixelWindow& window, std::vector<double>& heights);
 
   /// No pixel of the window can be anything but void, by the file's block table alone.
   bool certainly_void(const PixelWindow& window) const;
 
  private:
+  proto::Result<void> read_anew(const PixelWindow& window, std::vector<double>& heights);
   proto::Result<void> read_inside(const PixelWindow& part, const PixelWindow& window, std::int64_t shift,
                                   std::vector<double>& heights);
   proto::Result<void> read_stored(const PixelWindow& part, double* out, std::size_t stride);
@@ -51,6 +53,8 @@ class Pixels {
   int lines_ = 0;                   ///< of a text grid, those that were read in their order
   bool torn_ = false;               ///< the next one could not be
   std::vector<std::uint8_t> mask_;  ///< scratch
+  PixelWindow known_;               ///< read last, unless it was too large; empty: nothing
+  std::vector<double> known_heights_;
 };
 
 }  // namespace cordillera::raster

@@ -267,11 +267,12 @@ class BackProjection final : public Source {
       return source_->sample(lattice, west, south, columns, rows);
     const Window wide{west - kProjectionReach, std::max<std::int64_t>(0, south - kProjectionReach),
                       west + columns - 1 + kProjectionReach, std::min(lattice.rows(), south + rows - 1 + kProjectionReach)};
+    // Pixels first: their window holds that of the samples, so that it is read once.
+    const auto pixels = source_->pixels(lattice, wide);
+    if (!pixels.ok()) return pixels.problem();
     auto samples = source_->sample(lattice, wide.west, wide.south, static_cast<std::int32_t>(wide.east - wide.west + 1),
                                    static_cast<std::int32_t>(wide.north - wide.south + 1));
     if (!samples.ok()) return samples;
-    const auto pixels = source_->pixels(lattice, wide);
-    if (!pixels.ok()) return pixels.problem();
     Sheet(lattice, *samples, *pixels, within_m_).project();
     cut(*samples, {west, south, west + columns - 1, south + rows - 1});
     return samples;
