@@ -12,12 +12,14 @@
 #include "pipeline/estimate/estimate.h"
 #include "pipeline/exports/export.h"
 #include "pipeline/faces/tiles_3d/photo_texture.h"
+#include "raster/disk/file_lock.h"
 #include "raster/gdal/formats.h"
 #include "raster/place/area.h"
 #include "raster/source.h"
 #include "server/api/estimate_json.h"
 #include "server/cli/commands.h"
 #include "server/cli/export_command.h"
+#include "server/cli/path_kind.h"
 #include "server/cli/progress_bar.h"
 #include "server/cli/sources.h"
 #include "server/cli/stage_times.h"
@@ -98,17 +100,19 @@ int build_beside(pipeline::BuildRequest request, const BuildLine& line, const fs
   // Kept after a stop: the next run goes on there.
   const fs::path work = place.parent_path() / (place.filename().string() + ".building");
   std::error_code error;
-  const bool begun = fs::exists(work / kStoreFile, error);
   fs::create_directories(work, error);
   if (error) {
     return fail(
         {"output-failed", "cannot create " + work.string() + ": " + error.message(), "a folder that can be written", "--output"});
   }
+  const raster::FileLock lock(work.string() + ".lock");
+  if (lock.others()) return fail(at_work_there(place.string()));
+  const bool begun = fs::exists(work / kStoreFile, error);
   request.store_path = (work / kStoreFile).string();
   StageTimes times;
   const auto manifest = build_store(request, line.words, times);
   if (!manifest) {
-    // What an earlier run has done is not this one's to throw away: it may belong to another build, or be at work.
+    // What an earlier run has done is not this one's to throw away: it may belong to another build.
     const bool ours = !begun || line.other == pipeline::Existing::replace;
     const bool goes_on = manifest.problem().type == "cancelled" || manifest.problem().type == "memory-limit";
     if (!goes_on && ours) fs::remove_all(work, error);

@@ -17,4 +17,8 @@ PathKind path_kind(const std::string& path) {
   return sqlite && !begin.ends_with(kGeoPackage) ? PathKind::store : PathKind::raster;
 }
 
+proto::Problem at_work_there(const std::string& place) {
+  return {"store-write", "another process is writing " + place, "to wait until it has ended, or another place", "--output"};
+}
+
 }  // namespace cordillera::server

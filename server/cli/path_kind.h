@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <string>
 
+#include "proto/result.h"
+
 namespace cordillera::server {
 
 enum class PathKind : std::uint8_t {
@@ -12,5 +14,8 @@ enum class PathKind : std::uint8_t {
   folder,
 };
 PathKind path_kind(const std::string& path);
+
+/// Another process of this program writes there now: what it does is left alone.
+proto::Problem at_work_there(const std::string& place);
 
 }  // namespace cordillera::server

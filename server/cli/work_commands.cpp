@@ -15,8 +15,10 @@
 #include "pipeline/work/work.h"
 #include "pipeline/work/work_plan.h"
 #include "proto/utf8.h"
+#include "raster/disk/file_lock.h"
 #include "raster/disk/private_folder.h"
 #include "raster/storage/storage.h"
+#include "server/cli/path_kind.h"
 #include "server/http/json.h"
 #include "server/jobs/child.h"
 #include "server/options/option_values.h"
@@ -250,14 +252,6 @@ int publish_command(const PublishLine& line) {
     return wrong_usage(std::string(given) + " is for a folder: a file of a dataset gives any", "-o FOLDER", given);
   const auto plan = work::read_plan(line.folder);
   if (!plan) return fail(plan.problem());
-  std::error_code error;
-  const bool there = remote ? raster::size_of(line.output).has_value() : fs::exists(line.output, error);
-  if (file && line.other == pipeline::Existing::refuse && there) {
-    return fail(pipeline::output_exists(line.output + " is there already"));
-  }
-  if (!file) {
-    if (const auto usable = pipeline::check_export_folder(line.output, line.other); !usable) return fail(usable.problem());
-  }
   // Put together here before it is sent on: an object cannot be changed in its middle.
   const std::unique_ptr<raster::PrivateFolder> elsewhere = remote ? std::make_unique<raster::PrivateFolder>() : nullptr;
   if (remote && !elsewhere->made()) {
@@ -266,6 +260,16 @@ int publish_command(const PublishLine& line) {
   }
   fs::path place = fs::absolute(remote ? elsewhere->place("dataset.sqlite") : line.output).lexically_normal();
   if (!place.has_filename()) place = place.parent_path();
+  const raster::FileLock lock(place.string() + ".publishing.lock");
+  if (lock.others()) return fail(at_work_there(place.string()));
+  std::error_code error;
+  const bool there = remote ? raster::size_of(line.output).has_value() : fs::exists(line.output, error);
+  if (file && line.other == pipeline::Existing::refuse && there) {
+    return fail(pipeline::output_exists(line.output + " is there already"));
+  }
+  if (!file) {
+    if (const auto usable = pipeline::check_export_folder(line.output, line.other); !usable) return fail(usable.problem());
+  }
   const std::string store =
       file ? place.string() : (place.parent_path() / (place.filename().string() + ".publishing.sqlite")).string();
   const auto manifest = work::publish(*plan, line.folder, store);

@@ -85,6 +85,14 @@ says 0 '' publish here -o out -q
 # What cannot be written now may be later.
 says 75 'cannot be written' publish here -o dem/dem00.asc/out.sqlite
 
+# While one publishes, another one leaves its work alone and may try again.
+touch twice.sqlite.publishing
+flock twice.sqlite.publishing.lock "$program" publish here -o twice.sqlite -q > said 2>&1 && code=0 || code=$?
+[[ $code == 75 ]] && grep -q 'another process is writing .*/twice.sqlite' said || fail "a second publish ends with $code"
+[[ -e twice.sqlite.publishing ]] || fail "a second publish removes the first one's work"
+says 0 '' publish here -o twice.sqlite -q
+[[ ! -e twice.sqlite.publishing.lock ]] || fail 'publish leaves its lock'
+
 # What a client reads before any tile of a folder is checked as well.
 says 0 'sound' check out
 cp -r out cut && rm cut/tileset.json

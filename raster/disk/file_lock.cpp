@@ -1,0 +1,43 @@
+#include "raster/disk/file_lock.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <utility>
+
+namespace cordillera::raster {
+namespace {
+
+/// The file is still the one of that name: who held it before removes it at its end.
+bool is_named(int descriptor, const std::filesystem::path& path) {
+  struct stat open {};
+  struct stat named {};
+  return fstat(descriptor, &open) == 0 && stat(path.c_str(), &named) == 0 && open.st_dev == named.st_dev &&
+         open.st_ino == named.st_ino;
+}
+
+}  // namespace
+
+FileLock::FileLock(std::filesystem::path path) : path_(std::move(path)) {
+  for (;;) {
+    descriptor_ = ::open(path_.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
+    if (descriptor_ < 0) return;
+    const bool locked = flock(descriptor_, LOCK_EX | LOCK_NB) == 0;
+    others_ = !locked && errno == EWOULDBLOCK;
+    if (locked && is_named(descriptor_, path_)) return;
+    ::close(descriptor_);
+    descriptor_ = -1;
+    if (!locked) return;
+  }
+}
+
+FileLock::~FileLock() {
+  if (descriptor_ < 0) return;
+  ::unlink(path_.c_str());  // before it is free: the next one would lose its own
+  ::close(descriptor_);
+}
+
+}  // namespace cordillera::raster

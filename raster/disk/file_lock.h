@@ -1,0 +1,25 @@
+#pragma once
+// Who works at a place of this machine: one process at a time.
+#include <filesystem>
+
+namespace cordillera::raster {
+
+/// Holds a lock file for as long as it lives, and removes it then. The lock ends with its process, also with one that is killed;
+/// the file that it leaves is nobody's lock.
+class FileLock {
+ public:
+  explicit FileLock(std::filesystem::path path);
+  ~FileLock();
+  FileLock(const FileLock&) = delete;
+  FileLock& operator=(const FileLock&) = delete;
+
+  /// Another process has it. Where locks are not to be had, such as on some network file systems, nobody is told of.
+  bool others() const { return others_; }
+
+ private:
+  std::filesystem::path path_;
+  int descriptor_ = -1;
+  bool others_ = false;
+};
+
+}  // namespace cordillera::raster
