@@ -148,8 +148,13 @@ proto::Result<FetchList> wanted_by(const FetchLine& line, const ServiceAddress& 
   const auto answer = get(place, line, "manifest.json");
   if (!answer) return answer.problem();
   const Json manifest = object_in(*answer);
-  auto addresses = line.middle ? addresses_from_the_middle(manifest, line.format)
-                               : addresses_of(manifest, {line.bbox, line.level, line.format});
+  const TileWords words = {line.bbox, line.level, line.format};
+  const bool layered = line.format == "terrain" && !line.middle;
+  const auto layer = layered ? get(place, line, "layer.json") : answer;
+  if (!layer) return layer.problem();
+  auto addresses = layered       ? addresses_of_layer(manifest, object_in(*layer), words)
+                   : line.middle ? addresses_from_the_middle(manifest, line.format)
+                                 : addresses_of(manifest, words);
   if (!addresses) return addresses.problem();
   return FetchList{std::move(*addresses), line.middle ? WhenAbsent::next : WhenAbsent::counted};
 }

@@ -113,6 +113,35 @@ bool is_tile(const std::string& what, const TileFormat& format) {
   return std::count(numbers.begin(), numbers.end(), '/') == 2 && numbers.find_first_not_of("0123456789/") == numbers.npos;
 }
 
+Problem too_many_tiles() {
+  return {"usage", "these would be more than " + std::to_string(kMost) + " tiles",
+          "a smaller --bbox, a coarser --level, or cordillera export", "--level"};
+}
+
+Problem elsewhere(const TileWords& words, const Area& data) {
+  const auto degrees = [](double value) { return shown(std::round(value * 1e4) / 1e4); };
+  return wrong_value("--bbox", words.bbox, "the dataset is elsewhere",
+                     "a box that meets " + degrees(data.west_deg) + "," + degrees(data.south_deg) + "," +
+                         degrees(data.east_deg > 180 ? data.east_deg - 360 : data.east_deg) + "," + degrees(data.north_deg));
+}
+
+/// A range of tiles that a layer.json names.
+struct LayerRange {
+  long first_x, first_y, last_x, last_y;
+};
+proto::Result<std::vector<std::vector<LayerRange>>> ranges_of(const Json& layer) {
+  std::vector<std::vector<LayerRange>> levels;
+  try {
+    for (const Json& level : layer.at("available")) {
+      auto& ranges = levels.emplace_back();
+      for (const Json& range : level)
+        ranges.push_back({range.at("startX"), range.at("startY"), range.at("endX"), range.at("endY")});
+    }
+  } catch (const Json::exception&) { levels.clear(); }
+  if (!levels.empty()) return levels;
+  return Problem{"answer-unknown", "the layer.json does not say which tiles there are", "a service of this version", "--server"};
+}
+
 }  // namespace
 
 proto::Result<std::string> address_named(const std::string& what) {
@@ -143,20 +172,45 @@ proto::Result<std::vector<std::string>> addresses_of(const Json& manifest, const
   for (std::uint32_t level = levels->least; level <= levels->finest; ++level) {
     const ColumnsAndRows range = range_of(extent->box, *box, level);
     const auto rows = static_cast<std::size_t>(range.rows.second - range.rows.first + 1);
-    if (addresses.size() + range.columns.size() * rows > kMost)
-      return Problem{"usage", "these would be more than " + std::to_string(kMost) + " tiles",
-                     "a smaller --bbox, a coarser --level, or cordillera export", "--level"};
+    if (addresses.size() + range.columns.size() * rows > kMost) return too_many_tiles();
     for (const long column : range.columns) {
       for (long row = range.rows.first; row <= range.rows.second; ++row)
         addresses.push_back(address(*format, level, column, row));
     }
   }
-  if (!addresses.empty()) return addresses;
-  const Area& data = extent->box;
-  const auto degrees = [](double value) { return shown(std::round(value * 1e4) / 1e4); };
-  return wrong_value("--bbox", words.bbox, "the dataset is elsewhere",
-                     "a box that meets " + degrees(data.west_deg) + "," + degrees(data.south_deg) + "," +
-                         degrees(data.east_deg > 180 ? data.east_deg - 360 : data.east_deg) + "," + degrees(data.north_deg));
+  if (addresses.empty()) return elsewhere(words, extent->box);
+  return addresses;
+}
+
+proto::Result<std::vector<std::string>> addresses_of_layer(const Json& manifest, const Json& layer, const TileWords& words) {
+  const auto extent = extent_of(manifest);
+  if (!extent) return extent.problem();
+  const auto format = read_format(words.format);
+  if (!format) return format.problem();
+  const auto box = read_box(words.bbox, extent->box);
+  if (!box) return box.problem();
+  const auto ranges = ranges_of(layer);
+  if (!ranges) return ranges.problem();
+  const auto levels = read_levels(words.level, {0, static_cast<std::uint32_t>(ranges->size() - 1)});
+  if (!levels) return levels.problem();
+  if (range_of(extent->box, *box, 0).columns.empty()) return elsewhere(words, extent->box);
+  std::vector<std::string> addresses;
+  for (std::uint32_t level = levels->least; level <= levels->finest; ++level) {
+    const bool all = words.bbox.empty() || level == 0;
+    const ColumnsAndRows parents = all ? ColumnsAndRows{} : range_of(*box, *box, level - 1);
+    for (const LayerRange& range : (*ranges)[level]) {
+      for (long column = range.first_x; column <= range.last_x; ++column) {
+        if (!all && !parents.columns.contains(column / 2)) continue;
+        const long first = all ? range.first_y : std::max(range.first_y, 2 * parents.rows.first);
+        const long last = all ? range.last_y : std::min(range.last_y, 2 * parents.rows.second + 1);
+        for (long row = first; row <= last; ++row) {
+          if (addresses.size() == kMost) return too_many_tiles();
+          addresses.push_back(address(*format, level, column, row));
+        }
+      }
+    }
+  }
+  return addresses;
 }
 
 proto::Result<std::vector<std::string>> addresses_from_the_middle(const Json& manifest, const std::string& format_name) {

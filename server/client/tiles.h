@@ -22,6 +22,10 @@ struct TileWords {
 /// dataset is in them.
 proto::Result<std::vector<std::string>> addresses_of(const Json& manifest, const TileWords& words);
 
+/// The same of terrain for Cesium, which has more tiles than meshes: what the layer.json names, with a tile in the box its three
+/// siblings, and both roots.
+proto::Result<std::vector<std::string>> addresses_of_layer(const Json& manifest, const Json& layer, const TileWords& words);
+
 /// Addresses of tiles of the finest level, those nearest to the middle of the data first.
 proto::Result<std::vector<std::string>> addresses_from_the_middle(const Json& manifest, const std::string& format);
 
