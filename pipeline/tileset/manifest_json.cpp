@@ -2,6 +2,7 @@
 
 #include <google/protobuf/util/json_util.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <stdexcept>
 
@@ -12,12 +13,16 @@
 namespace cordillera::pipeline {
 namespace {
 
-/// Without what nobody has measured of provisional tiles.
-std::string without_errors(const std::string& manifest) {
-  Json json = Json::parse(manifest);
-  for (Json& level : json["levels"]) level["stated_max_error"] = level["rmse"] = nullptr;
-  json["source"]["error_at_pixels"] = nullptr;
-  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+/// Nobody has measured these of provisional tiles.
+void leave_out_errors(Json& manifest) {
+  for (Json& level : manifest["levels"]) level["stated_max_error"] = level["rmse"] = nullptr;
+  manifest["source"]["error_at_pixels"] = nullptr;
+}
+
+/// Heights are those of the whole: of one raster among several only what was read of its file is known.
+void leave_out_measurements(Json& source) {
+  for (const char* name : {"nodata_share", "flat_water_share", "min_height", "max_height", "filled_share", "lattice_samples"})
+    source.erase(name);
 }
 
 }  // namespace
@@ -29,7 +34,22 @@ std::string manifest_json(const proto::Manifest& manifest) {
   std::string out;
   const auto status = google::protobuf::util::MessageToJsonString(manifest, &out, options);
   if (!status.ok()) throw std::logic_error("a manifest cannot be printed: " + status.ToString());
-  return manifest.provisional() ? without_errors(out) : out;
+  if (!manifest.provisional() && manifest.sources().empty()) return out;
+  Json json = Json::parse(out);
+  if (manifest.provisional()) leave_out_errors(json);
+  for (int k = 0; k < manifest.sources_size(); ++k) {
+    if (manifest.sources(k).lattice_samples() == 0) leave_out_measurements(json["sources"][static_cast<std::size_t>(k)]);
+  }
+  if (!has_one_size(manifest)) {
+    for (const char* side : {"columns", "rows"}) json["source"].erase(side);
+  }
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+bool has_one_size(const proto::Manifest& manifest) {
+  const proto::Source& all = manifest.source();
+  return std::all_of(manifest.sources().begin(), manifest.sources().end(),
+                     [&](const proto::Source& one) { return one.columns() == all.columns() && one.rows() == all.rows(); });
 }
 
 proto::Result<proto::Manifest> parse_manifest_json(const std::string& json) {

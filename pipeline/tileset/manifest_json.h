@@ -7,8 +7,11 @@
 
 namespace cordillera::pipeline {
 
-/// Field names as in the schema, defaults printed, indented. Errors of provisional tiles are null.
+/// Field names as in the schema, defaults printed, indented. Errors of provisional tiles are null. What nobody has measured of
+/// each of several rasters is left out, and so is their size where they have several.
 std::string manifest_json(const proto::Manifest& manifest);
+/// The raster, or all of them, have the size that the manifest's source tells.
+bool has_one_size(const proto::Manifest& manifest);
 /// Unknown members are passed over: a newer program may have written it.
 proto::Result<proto::Manifest> parse_manifest_json(const std::string& json);
 /// The manifest.json of a folder of tiles; a problem too where there is none.

@@ -2,6 +2,7 @@
 
 #include <initializer_list>
 
+#include "pipeline/tileset/manifest_json.h"
 #include "server/api/api.h"
 
 namespace cordillera::server {
@@ -19,7 +20,7 @@ Json only(const Json& from, std::initializer_list<const char*> names) {
 
 Json estimate_json(const proto::Manifest& estimated, double seconds) {
   const bool shares = estimated.options().keep_size() > 0;  // the tolerances behind them are found when it is built
-  Json manifest = to_json(estimated);
+  Json manifest = Json::parse(pipeline::manifest_json(estimated));
   Json levels = Json::array();
   for (const Json& level : manifest["levels"]) {
     levels.push_back(only(level, {"level", "tiles", "triangles", "drc_bytes", "target"}));

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <iostream>
 
+#include "pipeline/tileset/manifest_json.h"
 #include "server/cli/commands.h"
 #include "server/cli/progress_bar.h"
 #include "server/options/spoken_words.h"
@@ -24,9 +25,11 @@ std::string bytes_text(double bytes) {
   return bytes < 1e10 ? text("%.0f MB", bytes / 1e6) : text("%.0f GB", bytes / 1e9);
 }
 
-std::string source_lines(const proto::Source& source) {
-  std::string out = text("source    %.200s: %u x %u %s, %s\n", source.file().c_str(), source.columns(), source.rows(),
-                         source.data_type().c_str(), source.driver().c_str());
+std::string source_lines(const proto::Manifest& manifest) {
+  const proto::Source& source = manifest.source();
+  std::string out = text("source    %.200s:", source.file().c_str());
+  if (pipeline::has_one_size(manifest)) out += text(" %u x %u", source.columns(), source.rows());
+  out += text(" %s, %s\n", source.data_type().c_str(), source.driver().c_str());
   out += text("crs       %.300s (%s)\n", source.crs().c_str(), source.crs_from().c_str());
   const bool other = !source.vertical_datum_declared().empty() && source.vertical_datum_declared() != source.vertical_datum();
   out +=
@@ -70,7 +73,7 @@ void complain(const proto::Problem& problem) { std::cerr << "cordillera: " << as
 
 std::string manifest_table(const proto::Manifest& manifest) {
   const proto::Source& source = manifest.source();
-  std::string out = source_lines(source);
+  std::string out = source_lines(manifest);
   out += text("nodata    %.100s, %.2f %% of the lattice\n", source.nodata().c_str(), 100 * source.nodata_share());
   out += strategy_lines(manifest);
   out += text("range     %.2f to %.2f m above the ellipsoid\n", source.min_height(), source.max_height());
@@ -90,7 +93,7 @@ std::string manifest_table(const proto::Manifest& manifest) {
 
 std::string estimate_table(const proto::Manifest& manifest, double seconds, const std::optional<raster::ValueLook>& values) {
   const bool shares = manifest.options().keep_size() > 0;
-  std::string out = source_lines(manifest.source());
+  std::string out = source_lines(manifest);
   out += text("nodata    %.100s\n", manifest.source().nodata().c_str());
   if (values) out += text("values    %.300s\n", raster::text_of(*values, manifest.source().vertical_datum()).c_str());
   out += strategy_lines(manifest);

@@ -72,6 +72,11 @@ function pixels_text(source) {
   return error && `at most ${metres(error.max)} off the raster’s pixels, 99 % within ${metres(error.p99)}, RMSE ${metres(error.rmse)}`;
 }
 
+// Several rasters have one size or none.
+function size_text(source) {
+  return source.columns > 0 && `${source.columns} × ${source.rows} pixels`;
+}
+
 // Names of files have no spaces to break a line at: behind a _ or a - it may end.
 const breakable = (text) => text.split(/(?<=[_-])/).flatMap((part, k) => (k === 0 ? [part] : [make("wbr", ""), part]));
 
@@ -79,7 +84,7 @@ export function show_manifest(manifest) {
   const source = manifest.source || {};
   element("title").replaceChildren(...breakable(label_of(manifest)));
   element("facts").textContent = [
-    `${source.columns} × ${source.rows} pixels`, source.crs, heights_text(source), pixels_text(source),
+    size_text(source), source.crs, heights_text(source), pixels_text(source),
     `${manifest.triangles.toLocaleString("en")} triangles in ${manifest.tiles.toLocaleString("en")} tiles`, ...(manifest.notes || [])].filter(Boolean).join(" · ");
   element("levels").replaceChildren(...manifest.levels.map(level_row));
   element("attribution").textContent = manifest.attribution || "";

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "pipeline/encode/decode.h"
+#include "pipeline/encode/json.h"
 #include "pipeline/store/mesh_files.h"
 #include "pipeline/store/sqlite.h"
 #include "pipeline/store/store.h"
@@ -274,6 +275,25 @@ TEST(ManifestJson, PrintsDefaultsUnderTheirOwnNamesAndReadsBack) {
   EXPECT_NE(json.find("\"uncovered_samples\": 0"), json.npos);
   EXPECT_EQ(parse_manifest_json(json)->SerializeAsString(), manifest.SerializeAsString());
   EXPECT_FALSE(parse_manifest_json("{").ok());
+}
+
+TEST(ManifestJson, OfSeveralRastersSaysWhatIsKnownOfEach) {
+  proto::Manifest manifest;
+  manifest.mutable_source()->set_columns(300);
+  manifest.mutable_source()->set_rows(500);
+  manifest.mutable_source()->set_lattice_samples(1e6);
+  for (const auto& [columns, rows] : {std::pair{100u, 500u}, {300u, 50u}}) {
+    manifest.add_sources()->set_columns(columns);
+    manifest.mutable_sources()->rbegin()->set_rows(rows);
+  }
+  const Json mixed = Json::parse(manifest_json(manifest));
+  EXPECT_EQ(mixed["sources"][1]["columns"], 300);
+  EXPECT_FALSE(mixed["sources"][1].contains("min_height")) << "0 m would be a measurement";
+  EXPECT_EQ(mixed["source"]["min_height"], 0) << "of the whole it is one";
+  EXPECT_FALSE(mixed["source"].contains("rows"));
+  manifest.clear_sources();
+  for (int k = 0; k < 2; ++k) *manifest.add_sources() = manifest.source();
+  EXPECT_EQ(Json::parse(manifest_json(manifest))["source"]["rows"], 500);
 }
 
 TEST(Sqlite, WantOfRoomIsToldApart) {
