@@ -13,7 +13,6 @@
 #include "pipeline/exports/export.h"
 #include "pipeline/faces/tiles_3d/photo_texture.h"
 #include "raster/disk/file_lock.h"
-#include "raster/gdal/formats.h"
 #include "raster/place/area.h"
 #include "raster/source.h"
 #include "server/api/estimate_json.h"
@@ -125,23 +124,9 @@ int build_beside(pipeline::BuildRequest request, const BuildLine& line, const fs
   return done(*manifest, place.string(), line.words, times);
 }
 
-/// What no folder is called by intention.
-constexpr std::string_view kFileEndings[] = {".zip",  ".gz",  ".tgz",  ".tar",     ".7z",   ".png",     ".jpg", ".jpeg", ".webp",
-                                             ".html", ".htm", ".json", ".geojson", ".gltf", ".las",     ".laz", ".db",   ".csv",
-                                             ".kml",  ".kmz", ".shp",  ".pdf",     ".b3dm", ".terrain", ".drc"};
-
-/// dem.tif, out.zip: who says so means a file, unless such a folder is there or a slash says that it is one.
-bool means_another_file(const std::string& output) {
-  const std::string extension = raster::extension_of(output);
-  const bool is_ending = std::find(std::begin(kFileEndings), std::end(kFileEndings), extension) != std::end(kFileEndings);
-  return !fs::is_directory(output) && (is_ending || raster::is_raster_extension(extension));
-}
-
 int build_folder(pipeline::BuildRequest request, const BuildLine& line, const pipeline::faces::Look& look) {
   if (means_another_file(line.output)) {
-    fail({"usage", "build writes no such file as " + line.output,
-          "-o FOLDER (" + line.output + "/ is one), -o FILE.sqlite, or a name that export writes, such as -o FILE.pmtiles",
-          "--output"});
+    fail(no_such_file("build", line.output));
     return kUsage;
   }
   // "out/" and "out" are one folder.

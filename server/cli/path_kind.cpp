@@ -1,9 +1,21 @@
 #include "server/cli/path_kind.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <string_view>
+
+#include "raster/gdal/formats.h"
 
 namespace cordillera::server {
+namespace {
+
+/// What no folder is called by intention.
+constexpr std::string_view kFileEndings[] = {".zip",  ".gz",  ".tgz",  ".tar",     ".7z",   ".png",     ".jpg", ".jpeg", ".webp",
+                                             ".html", ".htm", ".json", ".geojson", ".gltf", ".las",     ".laz", ".db",   ".csv",
+                                             ".kml",  ".kmz", ".shp",  ".pdf",     ".b3dm", ".terrain", ".drc"};
+
+}  // namespace
 
 PathKind path_kind(const std::string& path) {
   static const std::string kSqlite("SQLite format 3\0", 16), kGeoPackage = "GPKG";
@@ -15,6 +27,18 @@ PathKind path_kind(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   const bool sqlite = file.read(begin.data(), static_cast<std::streamsize>(begin.size())) && begin.starts_with(kSqlite);
   return sqlite && !begin.ends_with(kGeoPackage) ? PathKind::store : PathKind::raster;
+}
+
+bool means_another_file(const std::string& output) {
+  const std::string extension = raster::extension_of(output);
+  const bool is_ending = std::find(std::begin(kFileEndings), std::end(kFileEndings), extension) != std::end(kFileEndings);
+  return !std::filesystem::is_directory(output) && (is_ending || raster::is_raster_extension(extension));
+}
+
+proto::Problem no_such_file(const std::string& command, const std::string& output) {
+  return {"usage", command + " writes no such file as " + output,
+          "-o FOLDER (" + output + "/ is one), -o FILE.sqlite, or a name that export writes, such as -o FILE.pmtiles",
+          "--output"};
 }
 
 proto::Problem at_work_there(const std::string& place) {

@@ -15,6 +15,11 @@ enum class PathKind : std::uint8_t {
 };
 PathKind path_kind(const std::string& path);
 
+/// dem.tif, out.zip: who says so means a file, unless such a folder is there or a slash says that it is one.
+bool means_another_file(const std::string& output);
+/// Its refusal by a command that writes folders, datasets and what export writes.
+proto::Problem no_such_file(const std::string& command, const std::string& output);
+
 /// Another process of this program writes there now: what it does is left alone.
 proto::Problem at_work_there(const std::string& place);
 

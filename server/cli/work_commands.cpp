@@ -18,6 +18,7 @@
 #include "raster/disk/file_lock.h"
 #include "raster/disk/private_folder.h"
 #include "raster/storage/storage.h"
+#include "server/cli/export_command.h"
 #include "server/cli/path_kind.h"
 #include "server/http/json.h"
 #include "server/jobs/child.h"
@@ -34,6 +35,13 @@ using proto::Problem;
 int fail(const Problem& problem) {
   complain(problem);
   return work::worth_retrying(problem) ? kTryAgain : kFailed;
+}
+
+/// Of a problem that the words of the command line may have.
+int wrong_line(const Problem& problem) {
+  if (problem.type != "usage") return fail(problem);
+  complain(problem);
+  return kUsage;
 }
 
 int wrong_usage(const std::string& detail, const std::string& accepted, const std::string& parameter) {
@@ -158,6 +166,73 @@ void find_from_anywhere(pipeline::BuildRequest& request) {
   }
 }
 
+/// What the output's name says is written.
+enum class Written : std::uint8_t { folder, dataset, exported };
+Written written_as(const std::string& output) {
+  if (output.ends_with(".sqlite")) return Written::dataset;
+  return is_export_name(output) ? Written::exported : Written::folder;
+}
+
+ExportLine export_line(const PublishLine& line) {
+  ExportLine told;
+  told.output = line.output;
+  told.format = line.only_format;
+  told.look = line.look;
+  told.other = line.other;
+  return told;
+}
+
+/// What can be said of the line before its plan is read.
+proto::Result<void> check_publish(const PublishLine& line) {
+  const Written written = written_as(line.output);
+  if (line.output.empty())
+    return Problem{"usage", "publish needs to know where to write",
+                   "-o FOLDER, -o FILE.sqlite, or a name that export writes, such as -o FILE.pmtiles", "--output"};
+  if (raster::is_remote(line.output) && written != Written::dataset)
+    return Problem{"usage", "in object storage a dataset is one object", "a name that ends in .sqlite: /vsis3/BUCKET/NAME.sqlite",
+                   "--output"};
+  if (written == Written::exported) return check_export(export_line(line));
+  if (written == Written::folder)
+    return means_another_file(line.output) ? no_such_file("publish", line.output) : check_look(line.look, line.formats);
+  if (const char* const given = line.look.given())
+    return Problem{"usage", std::string(given) + " is for a folder: a file of a dataset gives any", "-o FOLDER", given};
+  return {};
+}
+
+/// What is in the output's place may stay, or be replaced.
+proto::Result<void> check_place(const PublishLine& line, const fs::path& place) {
+  const bool remote = raster::is_remote(line.output);
+  std::error_code error;
+  if (!fs::is_directory(place.parent_path(), error))
+    return Problem{"storage-write", place.string() + " cannot be written: there is no folder " + place.parent_path().string(),
+                   "a folder that can be written", "--output"};
+  if (written_as(line.output) == Written::folder) return pipeline::check_export_folder(place.string(), line.other);
+  const bool there = remote ? raster::size_of(line.output).has_value() : fs::exists(place, error);
+  if (there && line.other == pipeline::Existing::refuse) return pipeline::output_exists(line.output + " is there already");
+  return {};
+}
+
+/// A folder, an archive or a mesh of a store that is removed then.
+proto::Result<void> export_from(const std::string& store, const PublishLine& line, const pipeline::faces::Look& look,
+                                const fs::path& place) {
+  const auto exported = [&]() -> proto::Result<void> {
+    if (written_as(line.output) == Written::exported) {
+      ExportLine told = export_line(line);
+      told.source = store;
+      const auto said = export_file(told);
+      return said ? proto::Result<void>() : said.problem();
+    }
+    auto reader = pipeline::StoreReader::open(store);
+    if (!reader) return reader.problem();
+    const pipeline::faces::Terrain terrain(std::move(reader).value(), look);
+    if (auto shown = pipeline::faces::check_photo(terrain); !shown) return shown;
+    return pipeline::export_static(terrain, line.formats, place.string(), line.other, 0);
+  }();
+  std::error_code error;
+  fs::remove(store, error);
+  return exported;
+}
+
 }  // namespace
 
 int plan_command(const Settings& settings, const PlanLine& line) {
@@ -237,21 +312,12 @@ int tasks_command(const std::string& folder, Show show) {
 }
 
 int publish_command(const PublishLine& line) {
-  if (line.output.empty()) return wrong_usage("publish needs to know where to write", "-o FOLDER or -o FILE.sqlite", "--output");
-  const bool file = line.output.ends_with(".sqlite"), remote = raster::is_remote(line.output);
-  if (const auto shown = check_look(line.look, line.formats); !file && !shown)
-    return wrong_usage(shown.problem().detail, shown.problem().accepted, shown.problem().parameter);
+  if (const auto possible = check_publish(line); !possible) return wrong_line(possible.problem());
   const auto look = look_of(line.look);
-  if (!look && look.problem().type == "usage")
-    return wrong_usage(look.problem().detail, look.problem().accepted, look.problem().parameter);
-  if (!look) return fail(look.problem());
-  if (remote && !file)
-    return wrong_usage("in object storage a dataset is one object", "a name that ends in .sqlite: /vsis3/BUCKET/NAME.sqlite",
-                       "--output");
-  if (const char* const given = line.look.given(); file && given != nullptr)
-    return wrong_usage(std::string(given) + " is for a folder: a file of a dataset gives any", "-o FOLDER", given);
+  if (!look) return wrong_line(look.problem());
   const auto plan = work::read_plan(line.folder);
   if (!plan) return fail(plan.problem());
+  const bool remote = raster::is_remote(line.output);
   // Put together here before it is sent on: an object cannot be changed in its middle.
   const std::unique_ptr<raster::PrivateFolder> elsewhere = remote ? std::make_unique<raster::PrivateFolder>() : nullptr;
   if (remote && !elsewhere->made()) {
@@ -262,28 +328,13 @@ int publish_command(const PublishLine& line) {
   if (!place.has_filename()) place = place.parent_path();
   const raster::FileLock lock(place.string() + ".publishing.lock");
   if (lock.others()) return fail(at_work_there(place.string()));
-  std::error_code error;
-  const bool there = remote ? raster::size_of(line.output).has_value() : fs::exists(line.output, error);
-  if (file && line.other == pipeline::Existing::refuse && there) {
-    return fail(pipeline::output_exists(line.output + " is there already"));
-  }
-  if (!file) {
-    if (const auto usable = pipeline::check_export_folder(line.output, line.other); !usable) return fail(usable.problem());
-  }
-  const std::string store =
-      file ? place.string() : (place.parent_path() / (place.filename().string() + ".publishing.sqlite")).string();
+  if (const auto usable = check_place(line, place); !usable) return fail(usable.problem());
+  const bool whole = written_as(line.output) == Written::dataset;
+  const std::string store = whole ? place.string() : place.string() + ".publishing.sqlite";
   const auto manifest = work::publish(*plan, line.folder, store);
   if (!manifest) return fail(manifest.problem());
-  if (!file) {
-    const auto exported = [&]() -> proto::Result<void> {
-      auto reader = pipeline::StoreReader::open(store);
-      if (!reader) return reader.problem();
-      const pipeline::faces::Terrain terrain(std::move(reader).value(), *look);
-      if (auto shown = pipeline::faces::check_photo(terrain); !shown) return shown;
-      return pipeline::export_static(terrain, line.formats, place.string(), line.other, 0);
-    }();
-    fs::remove(store, error);
-    if (!exported) return fail(exported.problem());
+  if (!whole) {
+    if (const auto exported = export_from(store, line, *look, place); !exported) return fail(exported.problem());
   }
   if (remote) {
     if (const auto sent = raster::upload_file(store, line.output); !sent) return fail(sent.problem());

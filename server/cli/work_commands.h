@@ -33,7 +33,8 @@ int work_command(const WorkLine& line);
 
 struct PublishLine {
   std::string folder;
-  std::string output;  ///< a static folder, or one .sqlite file if it is called so
+  std::string output;       ///< a static folder; one .sqlite file, or one that export writes, if it is called so
+  std::string only_format;  ///< of an archive, which holds one: its name; empty: the one that export takes
   pipeline::Existing other = pipeline::Existing::refuse;
   bool prune = false;  ///< shards that this plan does not name
   Verbosity words = Verbosity::all;

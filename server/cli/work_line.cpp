@@ -42,7 +42,8 @@ void WorkWords::add_to(CLI::App& app) {
   publish_ = app.add_subcommand("publish", "check everything that the tasks of a plan left, and make it a dataset in one step");
   publish_->add_option("plan", publish_line_.folder, "a folder that plan wrote");
   publish_->add_option("-o,--output", publish_line_.output,
-                       "folder to write, or a file called *.sqlite, also in object storage: /vsis3/BUCKET/NAME.sqlite");
+                       "folder to write; a file that export writes, such as *.pmtiles; or *.sqlite, also in object storage: "
+                       "/vsis3/BUCKET/NAME.sqlite");
   publish_->add_option("--formats", formats_, "what the folder holds [" + face_names() + "; more than one separated by commas]")
       ->type_name("NAMES");
   for (const LookOption& look : look_options())
@@ -62,6 +63,7 @@ std::optional<int> WorkWords::run() {
     return kUsage;
   }
   publish_line_.formats = std::move(*chosen);
+  publish_line_.only_format = formats_;
   return publish_command(publish_line_);
 }
 

@@ -93,6 +93,13 @@ flock twice.sqlite.publishing.lock "$program" publish here -o twice.sqlite -q > 
 says 0 '' publish here -o twice.sqlite -q
 [[ ! -e twice.sqlite.publishing.lock ]] || fail 'publish leaves its lock'
 
+# A name says what is written, as for build.
+says 2 'publish writes no such file as out.png' publish here -o out.png
+says 75 "there is no folder $work/nowhere" publish here -o nowhere/out
+says 0 '' publish here -o out.pmtiles --formats terrain-rgb -q
+[[ $(head -c 7 out.pmtiles) == PMTiles ]] || fail 'that is no archive'
+[[ ! -e out.pmtiles.publishing.sqlite ]] || fail 'the dataset of an archive stays'
+
 # What a client reads before any tile of a folder is checked as well.
 says 0 'sound' check out
 cp -r out cut && rm cut/tileset.json
