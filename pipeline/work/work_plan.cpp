@@ -302,12 +302,17 @@ std::vector<raster::MosaicMember> members_of(const proto::WorkPlan& plan, const 
 
 proto::Result<void> check_unchanged(const raster::MosaicMember& planned) {
   const auto now = raster::examine(planned.path, planned.name, planned.trust, planned.options);
-  if (!now.ok()) return now.problem();
+  if (!now.ok()) {
+    proto::Problem problem = now.problem();
+    // Of many rasters on many machines a name alone says too little.
+    if (problem.detail.find(planned.path) == std::string::npos) problem.detail = planned.path + ": " + problem.detail;
+    return problem;
+  }
   if (now->state != planned.state) {
-    return proto::Problem{
-        "source-changed",
-        planned.path + " is not what it was when the plan was made (then " + planned.state + ", now " + now->state + ")",
-        "the same files as planned, or a new plan", ""};
+    return proto::Problem{"source-changed",
+                          planned.path + " is not what it was when the plan was made (then " + raster::told_state(planned.state) +
+                              ", now " + raster::told_state(now->state) + ")",
+                          "the same files as planned, or a new plan", ""};
   }
   if (now->datum != planned.datum) {
     return proto::Problem{"source-changed",

@@ -9,10 +9,14 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <charconv>
 #include <chrono>
+#include <cstdio>
 #include <cstring>
+#include <ctime>
 #include <filesystem>
 #include <memory>
+#include <string_view>
 
 #include "raster/disk/new_file.h"
 #include "raster/disk/write_all.h"
@@ -175,6 +179,29 @@ std::string state_of(const std::string& path) {
   const auto changed = fs::last_write_time(path, error).time_since_epoch();
   return std::to_string(bytes) + " bytes, " +
          std::to_string(std::chrono::duration_cast<std::chrono::nanoseconds>(changed).count());
+}
+
+std::string told_state(const std::string& state) {
+  constexpr std::string_view kBehindSize = " bytes, ";
+  const auto comma = state.find(kBehindSize);
+  if (comma == state.npos) return state;
+  const char* const begin = state.data() + comma + kBehindSize.size();
+  std::int64_t number = 0;
+  const auto [end, wrong] = std::from_chars(begin, state.data() + state.size(), number);
+  if (wrong != std::errc()) return state;
+  // As state_of writes them: storage has seconds of Unix time, this machine's disks nanoseconds of the library's own clock.
+  constexpr std::int64_t kMostSeconds = 100'000'000'000;
+  using namespace std::chrono;
+  const auto own = file_clock::time_point(duration_cast<file_clock::duration>(nanoseconds(number)));
+  const auto at = number >= 0 && number < kMostSeconds ? sys_time<milliseconds>(seconds(number))
+                                                       : floor<milliseconds>(file_clock::to_sys(own));
+  const std::time_t whole = system_clock::to_time_t(floor<seconds>(at));
+  std::tm utc{};
+  gmtime_r(&whole, &utc);
+  char text[64];
+  const std::size_t length = std::strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S", &utc);
+  std::snprintf(text + length, sizeof text - length, ".%03d UTC", static_cast<int>((at - floor<seconds>(at)).count()));
+  return state.substr(0, comma) + " bytes of " + text + end;
 }
 
 proto::Result<std::vector<std::string>> names_in(const std::string& folder) {

@@ -34,6 +34,8 @@ std::optional<std::uint64_t> size_of(const std::string& path);
 
 /// Size and time of last change as text, to tell whether a file is still the same; empty when it cannot be told.
 std::string state_of(const std::string& path);
+/// A state for people: with the time as a date, "723330 bytes of 2026-11-28 09:30:12.250 UTC". Other text stays as it is.
+std::string told_state(const std::string& state);
 
 /// Names in a folder, sorted; empty when there is none. "storage-read" where the storage does not answer.
 proto::Result<std::vector<std::string>> names_in(const std::string& folder);

@@ -3,6 +3,7 @@
 #include <fstream>
 
 #include "raster/open/raster_state.h"
+#include "raster/storage/storage.h"
 #include "tests/raster/fixture.h"
 
 namespace cordillera::raster_test {
@@ -71,6 +72,13 @@ TEST_F(RasterState, of_a_vrt_is_that_of_all_rasters_below_it) {
   fs::current_path(here);
   write_text(vrt_of("outer.vrt"), "outer.vrt");  // names itself
   EXPECT_NE(state("outer.vrt"), "");
+}
+
+TEST(ToldState, HasADate) {
+  EXPECT_EQ(raster::told_state("723330 bytes, 1700000000"), "723330 bytes of 2023-11-14 22:13:20.000 UTC");
+  EXPECT_EQ(raster::told_state("5 bytes, -4641751355783222001, and 1 file with it: ab"),
+            "5 bytes of 2026-11-29 00:37:24.216 UTC, and 1 file with it: ab");
+  for (const char* other : {"", "an etag", "5 bytes, soon"}) EXPECT_EQ(raster::told_state(other), other);
 }
 
 }  // namespace
