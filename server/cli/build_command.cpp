@@ -48,14 +48,6 @@ proto::Result<pipeline::BuildRequest> request_for(const Settings& settings, cons
   return request;
 }
 
-int dry_run(const pipeline::BuildRequest& request, Show show) {
-  const auto estimate = pipeline::estimate(request);
-  if (!estimate) return fail(estimate.problem());
-  std::cout << (show == Show::json ? dump(estimate_json(estimate->manifest, estimate->seconds)) + "\n"
-                                   : estimate_table(estimate->manifest, estimate->seconds, estimate->values));
-  return kDone;
-}
-
 proto::Result<proto::Manifest> build_store(const pipeline::BuildRequest& request, Verbosity words, StageTimes& times) {
   on_out_of_memory(STDERR_FILENO,
                    "\ncordillera: " + out_of_memory(request.options, request.raster_name).line() + "; what was built is kept\n");
@@ -179,6 +171,14 @@ proto::Result<void> check_before(const pipeline::BuildRequest& request, const pi
 }
 
 }  // namespace
+
+int dry_run(const pipeline::BuildRequest& request, Show show) {
+  const auto estimate = pipeline::estimate(request);
+  if (!estimate) return fail(estimate.problem());
+  std::cout << (show == Show::json ? dump(estimate_json(estimate->manifest, estimate->seconds)) + "\n"
+                                   : estimate_table(estimate->manifest, estimate->seconds, estimate->values));
+  return kDone;
+}
 
 int build_command(const Settings& settings, const BuildLine& line) {
   for (const std::string& warning : settings.build.warnings()) std::cerr << "cordillera: warning: " << warning << "\n";

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/build/build.h"
 #include "pipeline/faces/face.h"
 #include "pipeline/faces/look.h"
 #include "pipeline/store/store.h"
@@ -61,6 +62,8 @@ std::span<const LookOption> look_options();
 proto::Result<pipeline::faces::Look> look_of(const LookWords& words);
 /// cordillera build. A dry run says what it found in any case.
 int build_command(const Settings& settings, const BuildLine& line);
+/// Says what a build of it would make. Nothing is written.
+int dry_run(const pipeline::BuildRequest& request, Show show);
 
 /// cordillera info: the manifest of a folder that build wrote or of a dataset's .sqlite file; of a raster, what it is and what a
 /// build with these settings would make.

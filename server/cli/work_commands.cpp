@@ -233,10 +233,28 @@ proto::Result<void> export_from(const std::string& store, const PublishLine& lin
   return exported;
 }
 
+/// A plan takes the place of an earlier one, whose results stay; in another folder it would be lost among what is there.
+proto::Result<void> check_plan_folder(const std::string& folder) {
+  std::error_code error;
+  if (raster::is_remote(folder) || !fs::exists(folder, error)) return {};
+  if (!fs::is_directory(folder, error))
+    return Problem{"output-failed", folder + " is there and no folder", "a folder that is empty or holds a plan", "--output"};
+  if (fs::is_empty(folder, error) || fs::exists(fs::path(folder) / work::kPlanFile, error)) return {};
+  return Problem{"output-exists", folder + " holds something else than a plan", "a folder that is empty or holds a plan",
+                 "--output"};
+}
+
+/// A single raster gives its name to its dataset, several the folder of their plan, as those of build do.
+std::string name_of_plan(const std::vector<raster::MosaicMember>& members, const std::string& folder) {
+  if (members.size() == 1) return fs::path(members.front().path).filename().string();
+  const fs::path place = fs::path(folder).lexically_normal();
+  return (place.has_filename() ? place : place.parent_path()).filename().string();
+}
+
 }  // namespace
 
 int plan_command(const Settings& settings, const PlanLine& line) {
-  if (line.folder.empty()) return wrong_usage("plan needs to know where to write", "-o FOLDER", "--output");
+  if (line.folder.empty() && !settings.dry_run) return wrong_usage("plan needs to know where to write", "-o FOLDER", "--output");
   work::PlanGiven given;
   if (!line.block.empty()) {
     std::uint32_t side = 0;
@@ -244,6 +262,7 @@ int plan_command(const Settings& settings, const PlanLine& line) {
       return wrong_usage("--block='" + line.block + "': " + *wrong, "512 to 4096", "--block");
     given.block_samples = (std::int64_t{side} + 1) * (side + 1);
   }
+  if (const auto usable = check_plan_folder(line.folder); !usable) return fail(usable.problem());
   auto sources = examine_sources(line.sources, settings, line.bad);
   if (!sources) return fail(sources.problem());
   for (const raster::MosaicMember& member : sources->members) {
@@ -257,9 +276,8 @@ int plan_command(const Settings& settings, const PlanLine& line) {
   request.members = std::move(sources->members);
   request.options = settings.build;
   find_from_anywhere(request);
-  fs::path place = fs::path(line.folder).lexically_normal();
-  if (!place.has_filename()) place = place.parent_path();
-  request.raster_name = settings.build.name().empty() ? place.filename().string() : settings.build.name();
+  request.raster_name = settings.build.name().empty() ? name_of_plan(request.members, line.folder) : settings.build.name();
+  if (settings.dry_run) return dry_run(request, Show::table);
   auto plan = work::plan_work(request, g_asked_to_stop, given);
   if (!plan) return fail(plan.problem());
   for (const std::string& skipped : sources->skipped) plan->add_skipped(proto::as_utf8(skipped));
@@ -273,6 +291,8 @@ int plan_command(const Settings& settings, const PlanLine& line) {
 }
 
 int work_command(const WorkLine& line) {
+  if (!line.task.empty() && !line.part.empty())
+    return wrong_usage("--task is one task, and --part several", "one of the two", "--part");
   stop_on({SIGINT, SIGTERM}, SecondTime::ends);
   const auto plan = work::read_plan(line.folder);
   if (!plan) return fail(plan.problem());

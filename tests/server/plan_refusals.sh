@@ -85,6 +85,22 @@ says 0 '' publish here -o out -q
 # What cannot be written now may be later.
 says 75 'cannot be written' publish here -o dem/dem00.asc/out.sqlite
 
+# What has another size or date is told with both; what is not there, with its whole path.
+mkdir alone && cp dem/dem00.* alone && rm -rf one
+says 0 '' plan alone/dem00.asc -o one "${options[@]}" --vertical-datum ellipsoid
+touch -d '2001-02-03 04:05:06.789 UTC' alone/dem00.asc
+says 1 'bytes of 2[-0-9]* [0-9:.]* UTC, .*now [0-9]* bytes of 2001-02-03 04:05:06.789 UTC' work one -q
+rm alone/dem00.asc
+says 1 "$work/alone/dem00.asc" work one -q
+grep -q '"name":"dem00.asc","sources"' one/plan.json || fail 'a single raster does not give its name'
+
+# A plan is written to a folder that is a plan's, and only when it is asked for.
+says 1 'dem00.asc is there and no folder' plan dem -o dem/dem00.asc "${options[@]}" --vertical-datum ellipsoid
+says 1 'dem holds something else than a plan' plan dem -o dem "${options[@]}" --vertical-datum ellipsoid
+says 0 'dry run: nothing was built' plan dem -o dry --dry-run "${options[@]}" --vertical-datum ellipsoid
+[[ ! -e dry ]] || fail 'a dry run writes a plan'
+says 2 'one of the two' work here --stage 0 --task 0 --part 0/2
+
 # While one publishes, another one leaves its work alone and may try again.
 touch twice.sqlite.publishing
 flock twice.sqlite.publishing.lock "$program" publish here -o twice.sqlite -q > said 2>&1 && code=0 || code=$?
