@@ -1,6 +1,8 @@
 #include "pipeline/faces/terrain.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <utility>
 
@@ -74,7 +76,27 @@ int Terrain::coarsest_for(int level) const { return manifest().provisional() ? s
 
 std::optional<double> Terrain::height_m(int level, double longitude_deg, double latitude_deg) const {
   for (int z = level; z >= coarsest_for(level); --z) {
-    if (const auto height = height_on(z, longitude_deg, latitude_deg)) return height;
+    const bool pole = std::abs(latitude_deg) == 90;
+    if (const auto height = pole ? height_at_pole(z, latitude_deg) : height_on(z, longitude_deg, latitude_deg)) return height;
+  }
+  return std::nullopt;
+}
+
+/// A pole is one point, and data may reach it along a few meridians: any vertex there has its height.
+std::optional<double> Terrain::height_at_pole(int level, double latitude_deg) const {
+  constexpr std::int32_t kTogether = 256;  // the first tiles will do
+  const std::int32_t across = proto::tiles_across(level), row = latitude_deg > 0 ? proto::tiles_up(level) - 1 : 0;
+  for (std::int32_t west = 0; west < across; west += kTogether) {
+    for (const proto::TileRecord& record : store_->records(level, west, row, std::min(west + kTogether, across) - 1, row)) {
+      const double end = latitude_deg > 0 ? record.region(3) : -record.region(1);
+      constexpr double kRounded = 1e-9;  // radians
+      const auto tile = end > std::numbers::pi / 2 - kRounded ? mesh(address_of(record)) : nullptr;
+      if (!tile) continue;
+      const std::int32_t side = latitude_deg > 0 ? tile->mesh().side : 0;
+      for (const auto& point : tile->mesh().points) {
+        if (point[1] == side) return point[2] * tile->mesh().height_step;
+      }
+    }
   }
   return std::nullopt;
 }

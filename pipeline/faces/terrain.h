@@ -81,6 +81,7 @@ class Terrain {
 
  private:
   std::optional<double> height_on(int level, double longitude_deg, double latitude_deg) const;
+  std::optional<double> height_at_pole(int level, double latitude_deg) const;
   struct Undulation;
   Undulation& undulation() const;
 

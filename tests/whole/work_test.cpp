@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "pipeline/build/build.h"
+#include "pipeline/faces/terrain.h"
 #include "pipeline/work/publish.h"
 #include "pipeline/work/shard.h"
 #include "pipeline/work/work.h"
@@ -118,6 +119,15 @@ TEST_F(Work, in_tasks_gives_the_bytes_of_one_piece) {
   expect_same(in_one_piece("piece.sqlite"), published(folder_.path("tasks.sqlite")));
 }
 
+/// Data lie along three quarters of the meridians, and a pole is one point of all of them.
+void expect_one_height_at_the_pole(const std::string& path) {
+  const pipeline::faces::Terrain terrain(std::move(pipeline::StoreReader::open(path)).value());
+  const auto height_m = terrain.height_m(3, -180, 90);
+  ASSERT_TRUE(height_m);
+  for (const double longitude_deg : {-90.0, 1.5, 135.0, 180.0}) EXPECT_EQ(terrain.height_m(3, longitude_deg, 90), height_m);
+  EXPECT_FALSE(terrain.height_m(3, 0, -90));
+}
+
 /// A block at a pole needs the raster that the pole's height is of, wherever that lies.
 TEST_F(Work, rasters_that_meet_at_a_pole_give_the_bytes_of_one_piece) {
   constexpr proto::Lattice kCoarse{3};
@@ -141,6 +151,7 @@ TEST_F(Work, rasters_that_meet_at_a_pole_give_the_bytes_of_one_piece) {
   const auto manifest = publish(plan, "tasks.sqlite");
   ASSERT_TRUE(manifest.ok()) << manifest.problem().line();
   expect_same(in_one_piece("piece.sqlite"), published(folder_.path("tasks.sqlite")));
+  expect_one_height_at_the_pole(folder_.path("tasks.sqlite"));
 }
 
 TEST_F(Work, parts_of_a_stage_are_all_of_it) {
