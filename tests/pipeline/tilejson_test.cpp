@@ -33,6 +33,7 @@ TEST(TerrainRgb, BeyondTheEndsOfMercatorThereIsNothing) {
   const Made straddling({{{7, 130, 123}, {7, 130, 126}}}, hills());  // latitudes 83.0 to 88.6
   const Json json = tilejson_of(straddling.terrain(), "terrain-rgb.json");
   EXPECT_NEAR(json["bounds"][3], 85.051129, 1e-6);
+  EXPECT_NEAR(Json::parse(*fetch(straddling.terrain(), "web-mercator/layer.json"))["bounds"][3], 85.051129, 1e-6);
   const Place top = tile_at(json["maxzoom"], 3.5, 85.04);
   EXPECT_EQ(top.y, 0);
   EXPECT_TRUE(fetch(straddling.terrain(), tile_path("terrain-rgb", top.z, top.x, 0, ".png")));

@@ -6,6 +6,7 @@
 #include "pipeline/build/provisional.h"
 #include "pipeline/encode/json.h"
 #include "pipeline/faces/quantized_mesh/quantized_mesh_grid.h"
+#include "pipeline/faces/web_mercator.h"
 #include "pipeline/store/water_mask.h"
 #include "pipeline/tileset/html_text.h"
 
@@ -115,7 +116,9 @@ std::string layer_json(const MeshGrid& grid, const std::string& projection) {
   out["minzoom"] = 0;
   out["maxzoom"] = grid.finest();
   if (manifest.bounds_size() >= 4) {
-    out["bounds"] = Json::array({manifest.bounds(0), manifest.bounds(1), manifest.bounds(2), manifest.bounds(3)});
+    const double end_deg = projection == "EPSG:3857" ? kMercatorEnd_deg : 90;
+    const auto latitude = [&](int k) { return std::clamp(manifest.bounds(k), -end_deg, end_deg); };
+    out["bounds"] = Json::array({manifest.bounds(0), latitude(1), manifest.bounds(2), latitude(3)});
   }
   out["available"] = available(grid);
   out["cordillera"] = about(grid);
