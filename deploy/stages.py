@@ -2,7 +2,10 @@
 import argparse
 import json
 import math
+import os
+import shutil
 import subprocess
+import sys
 
 
 def parser(about):
@@ -26,6 +29,8 @@ def parser(about):
 
 def stages(given):
     """[(number, parts)] of the stages, from below."""
+    if not shutil.which(given.program):
+        sys.exit(f"{os.path.basename(sys.argv[0])}: {given.program} is not in PATH; say --program")
     listed = json.loads(subprocess.run([given.program, "tasks", given.here or given.plan, "--json"], check=True, stdout=subprocess.PIPE).stdout)
     return [(s["stage"], max(1, min(math.ceil(s["cost"] / given.samples), s["tasks"], given.parts))) for s in listed]
 

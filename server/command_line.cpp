@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <iostream>
 #include <sstream>
+#include <string_view>
 
 #include "server/options/option_values.h"
 #include "server/options/spoken_words.h"
@@ -34,9 +35,27 @@ proto::Problem unknown_option(const std::string& word, const std::vector<std::st
       "", word};
 }
 
+/// Of an option before any command: there are few.
+std::optional<proto::Problem> check_first_option(const CLI::App& app, const std::string& word) {
+  const std::string name = word.substr(0, word.find('='));
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& known : option->get_lnames()) names.push_back("--" + known);
+    for (const std::string& letter : option->get_snames()) {
+      if (name == "-" + letter) return std::nullopt;
+    }
+  }
+  if (std::find(names.begin(), names.end(), name) != names.end()) return std::nullopt;
+  const auto nearest = nearest_name(name, names);
+  return proto::Problem{
+      "usage", "unknown option '" + name + "'; " + (nearest ? "did you mean " + *nearest + "?" : "see `cordillera help`"), "",
+      name};
+}
+
 /// The first word that is no command, if there is one.
 std::optional<proto::Problem> check_command(const CLI::App& app, const std::string& word) {
-  if (word.empty() || word[0] == '-') return std::nullopt;
+  if (word.empty()) return std::nullopt;
+  if (word[0] == '-') return check_first_option(app, word);
   std::vector<std::string> names;
   for (const CLI::App* command : app.get_subcommands(nullptr)) {
     if (command->get_name() == word) return std::nullopt;
@@ -63,7 +82,11 @@ std::optional<proto::Problem> check_words(const CLI::App& command) {
   }
   for (const CLI::Option* option : command.get_options()) {
     if (!option->get_positional() || option->count() > 0 || option->get_expected_min() == 0) continue;
-    return proto::Problem{"usage", command.get_name() + " needs a " + option->get_name(true), help, option->get_name(true)};
+    const std::string name = option->get_name(true);
+    const char* const article = name.ends_with('s')                                                ? ""
+                                : std::string_view("aeio").find(name[0]) != std::string_view::npos ? "an "
+                                                                                                   : "a ";
+    return proto::Problem{"usage", command.get_name() + " needs " + article + name, help, name};
   }
   return std::nullopt;
 }

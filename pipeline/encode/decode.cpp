@@ -50,7 +50,7 @@ proto::Result<DecodedGlb> decode_glb(std::string_view bytes) {
   if (!chunks) return chunks.problem();
   try {
     return decode(Json::parse(chunks->first), chunks->second);
-  } catch (const Json::exception& e) { return damaged(std::string("its JSON is not a tile's: ") + e.what()); }
+  } catch (const Json::exception&) { return damaged("its JSON is not that of a tile in tiles/"); }
 }
 
 }  // namespace cordillera::pipeline

@@ -33,8 +33,9 @@ proto::Result<void> all_there(const proto::WorkPlan& plan, const std::string& fo
   }
   if (missing == 0) return {};
   return proto::Problem{"shards-missing",
-                        std::to_string(missing) + " tasks have not been done: " + named + (missing > kMostNamed ? ", …" : ""),
-                        "cordillera work for these tasks", ""};
+                        (missing == 1 ? "1 task has" : std::to_string(missing) + " tasks have") + " not been done: " + named +
+                            (missing > kMostNamed ? ", …" : ""),
+                        "cordillera work for what is missing", ""};
 }
 
 /// Water masks come from pixels, which no shard holds; without water= there are none.

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "pipeline/check/check.h"
+#include "pipeline/work/work_plan.h"
 #include "raster/mosaic/mosaic_description.h"
 #include "server/cli/commands.h"
 #include "server/cli/path_kind.h"
@@ -86,6 +87,9 @@ proto::Result<Report> check_one(const fs::path& path, const OpenRasters& rasters
   if (path_kind(path.string()) == PathKind::raster)
     return proto::Problem{"store-unknown", path.string() + " is no dataset",
                           "the .sqlite file of a dataset, a folder of tiles, or the data folder of a server", "path"};
+  if (fs::exists(path / pipeline::work::kPlanFile, error) && !fs::exists(path / "manifest.json", error))
+    return proto::Problem{"store-unknown", path.string() + " is a plan, whose results `cordillera publish` checks",
+                          "what publish wrote: a .sqlite file or a folder of tiles", "path"};
   if (!fs::is_directory(path, error)) return pipeline::check::check_store(path.string(), rasters);
   if (fs::exists(path / kStoreFile, error)) return pipeline::check::check_store((path / kStoreFile).string(), rasters);
   return pipeline::check::check_folder(path.string(), rasters);

@@ -12,12 +12,13 @@ namespace {
 proto::Result<std::string> read_file(const std::string& path) {
   std::error_code error;
   auto bytes = std::filesystem::is_regular_file(path, error) ? proto::bytes_of_file(path) : std::nullopt;
-  if (!bytes) return proto::Problem{"file-unreadable", "cannot read " + path, "a .drc or .glb tile", "path"};
+  if (!bytes) return proto::Problem{"file-unreadable", "it cannot be read", "", "path"};
   return std::move(*bytes);
 }
 
 int refuse(proto::Problem problem, const std::string& path) {
   problem.detail = path + ": " + problem.detail;
+  problem.accepted = "a .drc or .glb tile that Cordillera wrote";
   complain(problem);
   return kFailed;
 }
@@ -43,8 +44,9 @@ int print_glb(const std::string& path, const std::string& bytes) {
 int decode_command(const std::string& path) {
   const auto bytes = read_file(path);
   if (!bytes) return refuse(bytes.problem(), path);
-  const bool is_glb = bytes->compare(0, 4, "glTF") == 0;
-  return is_glb ? print_glb(path, *bytes) : print_drc(path, *bytes);
+  if (bytes->starts_with("glTF")) return print_glb(path, *bytes);
+  if (bytes->starts_with("DRACO")) return print_drc(path, *bytes);
+  return refuse({"tile-damaged", "it is neither a .drc nor a .glb tile", "", "path"}, path);
 }
 
 }  // namespace cordillera::server

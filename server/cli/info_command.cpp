@@ -4,6 +4,7 @@
 #include "pipeline/exports/unpack_tiles.h"
 #include "pipeline/store/store.h"
 #include "pipeline/tileset/manifest_json.h"
+#include "proto/letters.h"
 #include "raster/mosaic/source_list.h"
 #include "server/cli/commands.h"
 #include "server/cli/path_kind.h"
@@ -53,6 +54,11 @@ int info_command(const std::string& path, Show show, const Settings& settings) {
   if (path_kind(path) != PathKind::folder && pipeline::exports::is_tile_archive(path)) {
     complain({"file-unreadable", path + " is an archive of tiles for maps",
               "cordillera view " + path + ", which shows it; or what it was made of: a raster, a .sqlite file, a folder",
+              "path"});
+    return kFailed;
+  }
+  if (path_kind(path) == PathKind::raster && proto::lower(fs::path(path).extension().string()) == ".3tz") {
+    complain({"file-unreadable", path + " is an archive of 3D Tiles", "what it was made of: a raster, a .sqlite file, a folder",
               "path"});
     return kFailed;
   }

@@ -1,3 +1,4 @@
+#include <cmath>
 #include <cstdarg>
 #include <cstdio>
 #include <iostream>
@@ -105,9 +106,9 @@ std::string estimate_table(const proto::Manifest& manifest, double seconds, cons
                 bytes_text(level.drc_bytes()).c_str(), metres_text(level.target(), !shares).c_str());
   }
   out += "dry run: nothing was built. Levels" + std::string(shares ? "" : " and targets") + " are those of the build.\n";
-  out += "What has a ~ is a guess from a few tiles that were built and thrown away, and so is the time: about " +
-         duration_text(seconds) + " on " + std::to_string(manifest.options().threads()) +
-         (manifest.options().threads() == 1 ? " thread" : " threads") + ".\n";
+  out += "What has a ~ is a guess from a few tiles that were built and thrown away, and so is the time: " +
+         std::string(std::lround(seconds) < 1 ? "" : "about ") + duration_text(seconds) + " on " +
+         std::to_string(manifest.options().threads()) + (manifest.options().threads() == 1 ? " thread" : " threads") + ".\n";
   out += "Errors are measured when tiles are built.\n";
   return out;
 }

@@ -135,16 +135,19 @@ proto::Result<void> do_stage(const proto::WorkPlan& plan, int number, const Work
       g_asked_to_stop);
 }
 
+/// "1 task", "2 tasks".
+std::string counted(std::size_t count, const char* what) { return std::to_string(count) + " " + what + (count == 1 ? "" : "s"); }
+
 int say(const proto::WorkPlan& plan, const std::string& folder) {
   const auto stages = work::progress_of(plan, folder);
   if (!stages) return fail(stages.problem());
   double samples = 0;
   for (const proto::WorkTask& task : plan.stages(0).tasks()) samples += task.samples();
-  std::cout << plan.sources_size() << " rasters, levels " << plan.plan().min_level() << " to " << plan.plan().finest_level()
-            << ", " << samples / 1e6 << " million samples\n";
+  std::cout << counted(static_cast<std::size_t>(plan.sources_size()), "raster") << ", levels " << plan.plan().min_level()
+            << " to " << plan.plan().finest_level() << ", " << samples / 1e6 << " million samples\n";
   for (std::size_t s = 0; s < stages->size(); ++s) {
-    std::cout << "stage " << s << (s == 0 ? " (blocks): " : " (merges): ") << (*stages)[s].all << " tasks, " << (*stages)[s].done
-              << " done\n";
+    std::cout << "stage " << s << (s == 0 ? " (blocks): " : " (merges): ") << counted((*stages)[s].all, "task") << ", "
+              << (*stages)[s].done << " done\n";
   }
   return kDone;
 }
@@ -364,7 +367,7 @@ int publish_command(const PublishLine& line) {
   if (line.prune) {
     const auto removed = work::prune(*plan, line.folder);
     if (!removed) return fail(removed.problem());
-    if (line.words == Verbosity::all) std::cout << *removed << " shards of other plans removed\n";
+    if (line.words == Verbosity::all) std::cout << counted(*removed, "shard") << " of other plans removed\n";
   }
   return kDone;
 }

@@ -72,7 +72,7 @@ says 0 '' work geoid -q
 
 # Tasks that are not done yet may be so later, and nobody guesses which part of an array this is.
 says 0 '' plan dem -o here "${options[@]}" --vertical-datum ellipsoid
-says 75 'tasks have not been done' publish here -o here.sqlite
+says 75 '1 task has not been done' publish here -o here.sqlite
 unset SLURM_ARRAY_TASK_ID JOB_COMPLETION_INDEX AWS_BATCH_JOB_ARRAY_INDEX
 says 2 'no scheduler says which part' work here --stage 0 --part array/3
 says 0 '' work here --stage 0 --part array/1 -q
@@ -90,6 +90,7 @@ mkdir alone && cp dem/dem00.* alone && rm -rf one
 says 0 '' plan alone/dem00.asc -o one "${options[@]}" --vertical-datum ellipsoid
 touch -d '2001-02-03 04:05:06.789 UTC' alone/dem00.asc
 says 1 'bytes of 2[-0-9]* [0-9:.]* UTC, .*now [0-9]* bytes of 2001-02-03 04:05:06.789 UTC' work one -q
+says 0 '^1 raster, levels' tasks one
 rm alone/dem00.asc
 says 1 "$work/alone/dem00.asc" work one -q
 grep -q '"name":"dem00.asc","sources"' one/plan.json || fail 'a single raster does not give its name'
@@ -98,6 +99,7 @@ grep -q '"name":"dem00.asc","sources"' one/plan.json || fail 'a single raster do
 says 1 'dem00.asc is there and no folder' plan dem -o dem/dem00.asc "${options[@]}" --vertical-datum ellipsoid
 says 1 'dem holds something else than a plan' plan dem -o dem "${options[@]}" --vertical-datum ellipsoid
 says 0 'dry run: nothing was built' plan dem -o dry --dry-run "${options[@]}" --vertical-datum ellipsoid
+! grep -q 'about less' said || fail 'that is no time'
 [[ ! -e dry ]] || fail 'a dry run writes a plan'
 says 2 'one of the two' work here --stage 0 --task 0 --part 0/2
 
@@ -115,6 +117,18 @@ says 75 "there is no folder $work/nowhere" publish here -o nowhere/out
 says 0 '' publish here -o out.pmtiles --formats terrain-rgb -q
 [[ $(head -c 7 out.pmtiles) == PMTiles ]] || fail 'that is no archive'
 [[ ! -e out.pmtiles.publishing.sqlite ]] || fail 'the dataset of an archive stays'
+
+# What is no tile, or no dataset, is told what is taken.
+says 0 '' publish here -o out.glb -q
+says 1 'its JSON is not that of a tile in tiles/; accepted: a .drc or .glb tile' decode out.glb
+says 1 'it is neither a .drc nor a .glb tile' decode dem/dem00.asc
+says 1 'here is a plan' check here
+echo PK > out.3tz
+says 1 'out.3tz is an archive of 3D Tiles' info out.3tz
+
+# Who hands a plan to a scheduler is told in a sentence where the program is missing.
+! "$here/../../deploy/kubernetes/jobs.py" here -o out --image cordillera --program missing > said 2>&1 || fail 'there is no such program'
+[[ $(< said) == 'jobs.py: missing is not in PATH; say --program' ]] || fail 'jobs.py does not say so'
 
 # What a client reads before any tile of a folder is checked as well.
 says 0 'sound' check out

@@ -158,5 +158,18 @@ TEST_F(Program, AVariableThatNobodyReadsIsAWarning) {
   EXPECT_THAT(ended.output, HasSubstr("cordillera: warning: the environment variable CORDILLERA_EROR"));
 }
 
+/// Two of one command line, as schedulers and impatient people start them.
+TEST_F(Program, ABuildLeavesAloneWhatAnotherOneIsWriting) {
+  for (const std::string name : {"out", "out.pmtiles"}) {
+    const std::string out = (folder_.path() / name).string(), work = out + ".building";
+    std::filesystem::create_directory(work);
+    std::ofstream(work + "/theirs");
+    const Ended refused = shell("flock " + work + ".lock " + build("-q --max-level 10 --overwrite -o " + out));
+    EXPECT_EQ(refused.code, 1) << name;
+    EXPECT_THAT(refused.output, HasSubstr("another process is writing " + out));
+    EXPECT_TRUE(std::filesystem::exists(work + "/theirs"));
+  }
+}
+
 }  // namespace
 }  // namespace cordillera::server

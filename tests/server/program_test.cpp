@@ -44,6 +44,11 @@ TEST_F(Program, ExitCodesTellUsageFromFailure) {
 TEST_F(Program, WhatIsMisspeltIsToldItsNeighbour) {
   const std::pair<const char*, const char*> near[] = {{"buidl dem.tif", "unknown command 'buidl'; did you mean build?"},
                                                       {"inf out", "did you mean info?"},
+                                                      {"--hlp", "unknown option '--hlp'; did you mean --help?"},
+                                                      {"-x", "unknown option '-x'; see `cordillera help`"},
+                                                      {"plan -o q", "plan needs sources"},
+                                                      {"token", "token needs an action"},
+                                                      {"decode", "decode needs a "},
                                                       {"build dem.tif --outptu out", "did you mean --output?"},
                                                       {"build --eror 5 dem.tif -o out", "did you mean --error?"},
                                                       {"build dem.tif -o out --overwrit", "did you mean --overwrite?"},
@@ -168,19 +173,6 @@ TEST_F(Program, AnUnfinishedBuildGoesOnOnlyWithTheSameRasterAndOptions) {
   std::ofstream(folder_.path() / "cone.asc", std::ios::app) << "\n";
   EXPECT_THAT(stopped().output, HasSubstr("another raster")) << "the file has changed since";
   EXPECT_EQ(shell(build("--error 30 --max-level 10 --overwrite -o " + out)).code, 0);
-}
-
-/// Two of one command line, as schedulers and impatient people start them.
-TEST_F(Program, ABuildLeavesAloneWhatAnotherOneIsWriting) {
-  for (const std::string name : {"out", "out.pmtiles"}) {
-    const std::string out = (folder_.path() / name).string(), work = out + ".building";
-    std::filesystem::create_directory(work);
-    std::ofstream(work + "/theirs");
-    const Ended refused = shell("flock " + work + ".lock " + build("-q --max-level 10 --overwrite -o " + out));
-    EXPECT_EQ(refused.code, 1) << name;
-    EXPECT_THAT(refused.output, HasSubstr("another process is writing " + out));
-    EXPECT_TRUE(std::filesystem::exists(work + "/theirs"));
-  }
 }
 
 TEST_F(Program, QuietSaysNothingButProblems) {
