@@ -34,8 +34,8 @@ struct FinishedTask {
   proto::TileAddress node;                                         ///< the block or the merged parent
   std::vector<EncodedTile> tiles;                                  ///< tiles with at least one triangle
   std::optional<std::pair<proto::TileAddress, std::string>> mesh;  ///< serialised mesh for the parent's weld; none when all void
-  bool mesh_is_kept = false;                                       ///< in a file, and mesh has its hash: see StoreWriter::keep
   std::vector<proto::TileAddress> consumed;                        ///< child meshes no longer needed
+  bool mesh_is_kept = false;                                       ///< in a file, and mesh has its hash: see StoreWriter::keep
 };
 
 /// What becomes of another build that is already where a new one is to go.
