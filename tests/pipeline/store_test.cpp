@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <future>
 #include <random>
 #include <thread>
 
@@ -208,6 +209,25 @@ TEST(Store, MeshesLeaveNoHolesInThePublishedFile) {
   for (FinishedTask& task : work) task.mesh->second.assign(200000, 'm');
   write_store(folder / "big.db", work);
   EXPECT_LT(std::filesystem::file_size(folder / "big.db"), std::filesystem::file_size(folder / "small.db") + 100000);
+}
+
+TEST(Store, AnyThreadMayKeepWhatATaskLeavesBeforeItsTurn) {
+  const TemporaryFolder folder;
+  auto work = tasks();
+  const auto left = work[1].mesh->second;
+  auto store = writer(folder / "a.db", synthetic_plan(6));
+  std::vector<std::future<void>> threads;
+  for (FinishedTask& task : work) threads.push_back(std::async(std::launch::async, [&] { store->keep(task); }));
+  threads.clear();
+  EXPECT_TRUE(work[1].mesh_is_kept);
+  EXPECT_LT(work[1].mesh->second.size(), left.size()) << "its hash";
+  EXPECT_FALSE(store->finished(work[1].node)) << "that is for its commit";
+  for (const FinishedTask& task : work) {
+    ASSERT_TRUE(store->commit(task).ok());
+    if (task.node == work[1].node) EXPECT_EQ(store->mesh(task.node), left);
+  }
+  ASSERT_TRUE(store->publish(synthetic_manifest()).ok());
+  EXPECT_EQ(reader(folder / "a.db")->manifest().SerializeAsString(), write_store(folder / "b.db", tasks()).SerializeAsString());
 }
 
 TEST(Store, WhatTasksLeaveLiesBesideItUntilItIsPublished) {
