@@ -130,6 +130,7 @@ proto::Result<void> build_blocks(const Site& site, const std::vector<proto::Tile
   double total = 0, left = 0;
   for (const proto::TileAddress& node : all) total += samples_of(site.plan, node);
   for (const proto::TileAddress& node : blocks) left += samples_of(site.plan, node);
+  const Followed followed(site.follower, site.plan, site.teller);  // first: whoever is told of blocks can see them
   site.teller.stage("build", total, total - left);
   Done done(site.teller, total - left);
   const auto make = [&](const proto::TileAddress& node) -> proto::Result<FinishedTask> {
@@ -153,7 +154,6 @@ proto::Result<void> build_blocks(const Site& site, const std::vector<proto::Tile
     if (committed.ok() && site.follower) site.follower->take(std::move(task));
     return committed;
   };
-  const Followed followed(site.follower, site.plan, site.teller);
   const bool lazy = site.follower && site.follower->lazy();
   if (lazy) show_made(site, all);
   BlockOrder order(blocks, site.follower);

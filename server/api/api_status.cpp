@@ -248,7 +248,10 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pa
   json["provisional"] = provisional;
   json["asleep"] = building && service.live().is_asleep(dataset.id);
   json["source"] = dataset.address.empty() ? Json(nullptr) : Json(updates::without_query(dataset.address));
-  const bool is_asked_for = is_lazy(dataset) && !provisional;  // until it is known whether its blocks can be shown one by one
+  // Until blocks are made it is not known whether they can be shown one by one.
+  const std::string stage = now.progress ? now.progress->stage() : "";
+  const bool makes_blocks = stage == "build" || stage == "merge" || stage == "publish";
+  const bool is_asked_for = is_lazy(dataset) && !(provisional && makes_blocks);
   json["build"] = building && (is_asked_for || is_built_lazily(service, dataset)) ? kLazy : kFull;
   json["links"] = links_json(path, dataset.state == State::ready ? Readable::all
                                    : provisional                 ? Readable::provisional
