@@ -38,6 +38,9 @@ struct Samples {
   std::int32_t at(std::int64_t i, std::int64_t j) const {
     return height[static_cast<std::size_t>((j - south) * columns + (i - west))];
   }
+  bool all_void() const {
+    return std::all_of(height.begin(), height.end(), [](std::int32_t h) { return h == kNoHeight; });
+  }
 };
 
 /// Marks of a mesh vertex.

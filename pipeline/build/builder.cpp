@@ -42,8 +42,6 @@ double samples_of_block(const proto::Plan& plan) {
          1;
 }
 
-bool is_void(std::int32_t height) { return height == proto::kNoHeight; }
-
 double memory_for_blocks(std::uint32_t memory_mib) {
   constexpr double kUsualMemory = 4e9;
   return memory_mib > 0 ? 0.75 * memory_mib * (1 << 20) : kUsualMemory;
@@ -232,7 +230,7 @@ proto::Result<FinishedTask> Builder::exact_block(const proto::TileAddress& node,
   proto::Samples samples = place.empty_samples();  // not before: a sparse raster would spend most of its time on pages
   if (const auto read = read_into(window, samples, finest.haste()); !read.ok()) return read.problem();
   if (stop_) return kCancelled;
-  if (std::all_of(samples.height.begin(), samples.height.end(), is_void)) return task;
+  if (samples.all_void()) return task;
   share(kReadShare);
   const BlockRoom taken(*this, finest.haste());
   const ReadPixels pixels = [this](const proto::TileAddress& tile, unsigned worker) { return pixels_in(tile, worker); };
@@ -273,8 +271,7 @@ proto::Result<FinishedTask> Builder::block(const proto::TileAddress& node, const
   task.node = node;
   const proto::Result<proto::Samples> samples = read(node);
   if (!samples.ok()) return samples.problem();
-  if (std::all_of(samples->height.begin(), samples->height.end(), is_void))
-    return stop_ ? proto::Result<FinishedTask>(kCancelled) : task;
+  if (samples->all_void()) return stop_ ? proto::Result<FinishedTask>(kCancelled) : task;
   share(kReadShare);
   const gpu::SampleFrames frames(lattice_, *samples);
   const SampleCounts counts(lattice_, *samples, workers_);

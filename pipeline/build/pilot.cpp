@@ -59,7 +59,7 @@ proto::Result<void> Pilot::read() {
       auto read = builder.read(all[at]);
       if (!read.ok()) return read.problem();
       if (stop) return kCancelled;
-      if (std::all_of(read->height.begin(), read->height.end(), [](std::int32_t h) { return h == proto::kNoHeight; })) continue;
+      if (read->all_void()) continue;
       roots.push_back(all[at]);
       samples.push_back(std::move(*read));
       break;

@@ -5,10 +5,10 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
-#include <future>
 #include <vector>
 
 #include "pipeline/store/sqlite.h"
+#include "pipeline/threads/workers.h"
 #include "raster/disk/new_file.h"
 #include "raster/disk/write_all.h"
 
@@ -60,18 +60,16 @@ void MeshFiles::drop(const proto::TileAddress& node) noexcept {
 
 /// Several threads: what takes time is to give back the memory in which the system has megabytes of each file.
 void MeshFiles::drop_all() noexcept {
-  constexpr std::size_t kThreads = 8, kFewFiles = 8;
+  constexpr unsigned kThreads = 8, kFewFiles = 8;
   std::error_code ignored;
   try {
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(folder_, ignored)) files.push_back(entry.path());
-    const auto drop_each = [&files](std::size_t first) {
+    const auto drop_one = [&files](std::size_t k, unsigned) {
       std::error_code error;
-      for (std::size_t k = first; k < files.size(); k += kThreads) fs::remove(files[k], error);
+      fs::remove(files[k], error);
     };
-    std::vector<std::future<void>> threads;
-    for (std::size_t k = 0; files.size() > kFewFiles && k < kThreads; ++k)
-      threads.push_back(std::async(std::launch::async, drop_each, k));
+    if (files.size() > kFewFiles) Workers(kThreads).each(files.size(), drop_one);
   } catch (const std::exception&) {}  // no memory or no thread: what is left goes here
   fs::remove_all(folder_, ignored);
 }

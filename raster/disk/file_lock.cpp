@@ -21,16 +21,21 @@ bool is_named(int descriptor, const std::filesystem::path& path) {
 
 }  // namespace
 
+int open_locked(const std::filesystem::path& path) {
+  const int descriptor = ::open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
+  if (descriptor < 0 || flock(descriptor, LOCK_EX | LOCK_NB) == 0) return descriptor;
+  const int why = errno;
+  ::close(descriptor);
+  errno = why;
+  return -1;
+}
+
 FileLock::FileLock(std::filesystem::path path) : path_(std::move(path)) {
   for (;;) {
-    descriptor_ = ::open(path_.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
-    if (descriptor_ < 0) return;
-    const bool locked = flock(descriptor_, LOCK_EX | LOCK_NB) == 0;
-    others_ = !locked && errno == EWOULDBLOCK;
-    if (locked && is_named(descriptor_, path_)) return;
+    descriptor_ = open_locked(path_);
+    others_ = descriptor_ < 0 && errno == EWOULDBLOCK;
+    if (descriptor_ < 0 || is_named(descriptor_, path_)) return;
     ::close(descriptor_);
-    descriptor_ = -1;
-    if (!locked) return;
   }
 }
 

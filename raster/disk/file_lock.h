@@ -4,6 +4,10 @@
 
 namespace cordillera::raster {
 
+/// Opens the lock file, which it makes, and locks it for as long as the descriptor is open: for the caller to close. Below 0:
+/// why not is in errno; EWOULDBLOCK: another has it.
+int open_locked(const std::filesystem::path& path);
+
 /// Holds a lock file for as long as it lives, and removes it then. The lock ends with its process, also with one that is killed;
 /// the file that it leaves is nobody's lock.
 class FileLock {

@@ -51,18 +51,16 @@ bool holds_rasters(const std::string& path) {
 }  // namespace
 
 int info_command(const std::string& path, Show show, const Settings& settings) {
-  if (path_kind(path) != PathKind::folder && pipeline::exports::is_tile_archive(path)) {
-    complain({"file-unreadable", path + " is an archive of tiles for maps",
+  const PathKind kind = path_kind(path);
+  const bool of_maps = kind != PathKind::folder && pipeline::exports::is_tile_archive(path),
+             of_3d_tiles = kind == PathKind::raster && proto::lower(fs::path(path).extension().string()) == ".3tz";
+  if (of_maps || of_3d_tiles) {
+    complain({"file-unreadable", path + " is an archive of " + (of_maps ? "tiles for maps" : "3D Tiles"),
               "cordillera view " + path + ", which shows it; or what it was made of: a raster, a .sqlite file, a folder",
               "path"});
     return kFailed;
   }
-  if (path_kind(path) == PathKind::raster && proto::lower(fs::path(path).extension().string()) == ".3tz") {
-    complain({"file-unreadable", path + " is an archive of 3D Tiles", "what it was made of: a raster, a .sqlite file, a folder",
-              "path"});
-    return kFailed;
-  }
-  if (path_kind(path) == PathKind::raster || holds_rasters(path)) return tell_of_raster(path, show, settings);
+  if (kind == PathKind::raster || holds_rasters(path)) return tell_of_raster(path, show, settings);
   const auto manifest = read_manifest(path);
   if (!manifest) {
     complain(manifest.problem());

@@ -113,6 +113,22 @@ bool is_tile(const std::string& what, const TileFormat& format) {
   return std::count(numbers.begin(), numbers.end(), '/') == 2 && numbers.find_first_not_of("0123456789/") == numbers.npos;
 }
 
+/// What the words mean for a dataset, but for its levels.
+struct Asked {
+  DatasetExtent extent;
+  TileFormat format;
+  Area box;
+};
+proto::Result<Asked> read_words(const Json& manifest, const TileWords& words) {
+  const auto extent = extent_of(manifest);
+  if (!extent) return extent.problem();
+  const auto format = read_format(words.format);
+  if (!format) return format.problem();
+  const auto box = read_box(words.bbox, extent->box);
+  if (!box) return box.problem();
+  return Asked{*extent, *format, *box};
+}
+
 Problem too_many_tiles() {
   return {"usage", "these would be more than " + std::to_string(kMost) + " tiles",
           "a smaller --bbox, a coarser --level, or cordillera export", "--level"};
@@ -160,44 +176,37 @@ proto::Result<std::string> address_named(const std::string& what) {
 }
 
 proto::Result<std::vector<std::string>> addresses_of(const Json& manifest, const TileWords& words) {
-  const auto extent = extent_of(manifest);
-  if (!extent) return extent.problem();
-  const auto format = read_format(words.format);
-  if (!format) return format.problem();
-  const auto box = read_box(words.bbox, extent->box);
-  if (!box) return box.problem();
-  const auto levels = read_levels(words.level, extent->levels);
+  const auto asked = read_words(manifest, words);
+  if (!asked) return asked.problem();
+  const auto& [extent, format, box] = *asked;
+  const auto levels = read_levels(words.level, extent.levels);
   if (!levels) return levels.problem();
   std::vector<std::string> addresses;
   for (std::uint32_t level = levels->least; level <= levels->finest; ++level) {
-    const ColumnsAndRows range = range_of(extent->box, *box, level);
+    const ColumnsAndRows range = range_of(extent.box, box, level);
     const auto rows = static_cast<std::size_t>(range.rows.second - range.rows.first + 1);
     if (addresses.size() + range.columns.size() * rows > kMost) return too_many_tiles();
     for (const long column : range.columns) {
-      for (long row = range.rows.first; row <= range.rows.second; ++row)
-        addresses.push_back(address(*format, level, column, row));
+      for (long row = range.rows.first; row <= range.rows.second; ++row) addresses.push_back(address(format, level, column, row));
     }
   }
-  if (addresses.empty()) return elsewhere(words, extent->box);
+  if (addresses.empty()) return elsewhere(words, extent.box);
   return addresses;
 }
 
 proto::Result<std::vector<std::string>> addresses_of_layer(const Json& manifest, const Json& layer, const TileWords& words) {
-  const auto extent = extent_of(manifest);
-  if (!extent) return extent.problem();
-  const auto format = read_format(words.format);
-  if (!format) return format.problem();
-  const auto box = read_box(words.bbox, extent->box);
-  if (!box) return box.problem();
+  const auto asked = read_words(manifest, words);
+  if (!asked) return asked.problem();
+  const auto& [extent, format, box] = *asked;
   const auto ranges = ranges_of(layer);
   if (!ranges) return ranges.problem();
   const auto levels = read_levels(words.level, {0, static_cast<std::uint32_t>(ranges->size() - 1)});
   if (!levels) return levels.problem();
-  if (range_of(extent->box, *box, 0).columns.empty()) return elsewhere(words, extent->box);
+  if (range_of(extent.box, box, 0).columns.empty()) return elsewhere(words, extent.box);
   std::vector<std::string> addresses;
   for (std::uint32_t level = levels->least; level <= levels->finest; ++level) {
     const bool all = words.bbox.empty() || level == 0;
-    const ColumnsAndRows parents = all ? ColumnsAndRows{} : range_of(*box, *box, level - 1);
+    const ColumnsAndRows parents = all ? ColumnsAndRows{} : range_of(box, box, level - 1);
     for (const LayerRange& range : (*ranges)[level]) {
       for (long column = range.first_x; column <= range.last_x; ++column) {
         if (!all && !parents.columns.contains(column / 2)) continue;
@@ -205,7 +214,7 @@ proto::Result<std::vector<std::string>> addresses_of_layer(const Json& manifest,
         const long last = all ? range.last_y : std::min(range.last_y, 2 * parents.rows.second + 1);
         for (long row = first; row <= last; ++row) {
           if (addresses.size() == kMost) return too_many_tiles();
-          addresses.push_back(address(*format, level, column, row));
+          addresses.push_back(address(format, level, column, row));
         }
       }
     }

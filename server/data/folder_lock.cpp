@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "proto/paths.h"
+#include "raster/disk/file_lock.h"
 
 namespace cordillera::server {
 
@@ -24,12 +25,7 @@ bool is_a_servers(const Layout& layout) {
   return true;
 }
 
-FolderLock::FolderLock(const Layout& layout) : descriptor_(::open(layout.lock().c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644)) {
-  if (descriptor_ >= 0 && flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return;
-  error_ = errno;
-  if (descriptor_ >= 0) close(descriptor_);
-  descriptor_ = -1;
-}
+FolderLock::FolderLock(const Layout& layout) : descriptor_(raster::open_locked(layout.lock())), error_(errno) {}
 
 std::string FolderLock::why_not(const std::string& holder) const {
   return error_ == EWOULDBLOCK ? holder + " uses it" : "it cannot be written: " + std::generic_category().message(error_);

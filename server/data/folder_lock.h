@@ -22,7 +22,7 @@ class FolderLock {
 
  private:
   int descriptor_;
-  int error_ = 0;  ///< of what failed
+  int error_;  ///< of what failed, where it is not held
 };
 
 /// Whether a server holds the lock now. Nothing is left behind.

@@ -42,7 +42,7 @@ void JobQueue::look_again(const Dataset& dataset, std::vector<proto::TileAddress
 }
 
 /// A lazy build whose job has ended: at the end of the queue, if somebody looked at a block that it has not come to.
-JobQueue::Next JobQueue::pause(const Dataset& dataset, const proto::Problem& why) {
+JobQueue::Next JobQueue::pause(const Dataset& dataset, Paused why) {
   forget_posted(dataset.id);
   bool looked_at = false;
   {
@@ -52,7 +52,7 @@ JobQueue::Next JobQueue::pause(const Dataset& dataset, const proto::Problem& why
     running->second.pauses = true;  // from here on a look asks for a turn of its own
     looked_at = running->second.looked_at;
   }
-  if (why.parameter == "turn") return Next::again;
+  if (why == Paused::turn_is_over) return Next::again;
   const auto shown = pipeline::StoreReader::manifest_of(layout_.provisional(dataset.id).string());
   const bool more =
       shown.ok() && looked_at_.any_of(dataset.id, [&](const proto::TileAddress& tile) { return waits_for_block(*shown, tile); });

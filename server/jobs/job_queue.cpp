@@ -314,10 +314,10 @@ JobQueue::Next JobQueue::run(const Turn& turn) {
     clock.end(paused || gives_way ? "paused" : *flag ? "cancelled" : outcome ? "ready" : "failed");
     if (gives_way) {
       log_info("dataset " + id + ": its source is slow, and others wait: they have their turn");
-      return pause(*dataset, {"paused", "it waits for its source, and others for their turn", "", "turn"});
+      return pause(*dataset, Paused::turn_is_over);
     }
     if (*flag) return Next::done;
-    if (paused) return pause(*dataset, outcome.problem());
+    if (paused) return pause(*dataset, why_paused(outcome.problem()));
     if (const auto again = outcome ? std::nullopt : fetch_again(*dataset, outcome.problem(), turn)) return *again;
     if (outcome || !is_passing(outcome.problem(), attempt)) return finish(*dataset, outcome), Next::done;
     registry_.set_state(id, State::queued, outcome.problem());

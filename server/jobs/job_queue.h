@@ -153,7 +153,11 @@ class JobQueue {
                                    const std::atomic<bool>& stop) const;
   std::unique_ptr<updates::RangedSources> sources_of(const Dataset& dataset, proto::Job& job);
   std::optional<Next> fetch_again(const Dataset& dataset, const proto::Problem& why, const Turn& turn);
-  Next pause(const Dataset& dataset, const proto::Problem& why);
+  enum class Paused : std::uint8_t { nobody_looks, turn_is_over };
+  static Paused why_paused(const proto::Problem& of_job) {
+    return of_job.parameter == "turn" ? Paused::turn_is_over : Paused::nobody_looks;
+  }
+  Next pause(const Dataset& dataset, Paused why);
   bool waits_for_looks(const Dataset& dataset) const;
   bool waits_for_readers(const Dataset& dataset) const;
   void forget_store(const std::string& id);

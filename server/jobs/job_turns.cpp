@@ -22,7 +22,7 @@ JobQueue::Next JobQueue::take_change(const Dataset& dataset, const Turn& turn, c
   const bool paused = !outcome && outcome.problem().type == "paused";
   clock.end(stop ? "cancelled" : outcome ? "ready" : paused ? "paused" : "failed");
   if (stop) return Next::done;
-  if (paused) return pause(dataset, outcome.problem());
+  if (paused) return pause(dataset, why_paused(outcome.problem()));
   if (!outcome && is_passing(outcome.problem(), turn.attempt)) {
     if (!served) registry_.set_state(id, State::queued, outcome.problem());
     hub_.touch(id);
