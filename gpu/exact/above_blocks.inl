@@ -9,14 +9,6 @@ template <class Executor>
 proto::Result<std::vector<BlockMesh>> Engine<Executor>::simplify_above(const Ground& ground, const BlockMesh& start,
                                                                        const BlockPlan& plan, const Watch& follow) {
   if (auto problem = check_call(ground, plan)) return *problem;
-  std::optional<proto::Result<RingMesh>> rings;
-  std::vector<std::uint16_t> to_valid, to_void;
-  executor_->parallel(3, [&](std::size_t k) {
-    if (k == 0) rings = ring_mesh(start, ground.columns, ground.rows);
-    if (k == 1) to_valid = squares_to_valid(ground);
-    if (k == 2) to_void = squares_to_void(ground);
-  });
-  if (!rings->ok()) return rings->problem();
   executor_->use(follow.stop);
   proto::StopWatch watch;
   times_ = {};
@@ -28,7 +20,16 @@ proto::Result<std::vector<BlockMesh>> Engine<Executor>::simplify_above(const Gro
   if (ground.closes) block.sides[kWest] = block.sides[kEast] = SideKind::shared;  // a vertex there has neighbours on both
   lay_out_blocks({&block, 1}, plan, Holds::squares);
   blocks_[0].closes = ground.closes;
-  load_ground(ground, joined_depths(ground, plan.levels.back().rim_reach, to_valid, to_void));
+  std::optional<proto::Result<RingMesh>> rings;
+  std::vector<std::uint16_t> to_valid, to_void;
+  executor_->parallel(4, [&](std::size_t k) {
+    if (k == 0) rings = ring_mesh(start, ground.columns, ground.rows);
+    if (k == 1) to_valid = squares_to_valid(ground);
+    if (k == 2) to_void = squares_to_void(ground);
+    if (k == 3) executor_->use(follow.stop), load_squares(ground.squares);  // a thread of its own
+  });
+  if (!rings->ok()) return rings->problem();
+  load_depths(joined_depths(ground, plan.levels.back().rim_reach, to_valid, to_void));
   load_curves({&block, 1});
   bound(1);
   load_start(**rings);
@@ -37,12 +38,17 @@ proto::Result<std::vector<BlockMesh>> Engine<Executor>::simplify_above(const Gro
   return std::move(levels->front());
 }
 
+/// A ground's. What is read without a copy stays the caller's.
 template <class Executor>
-void Engine<Executor>::load_ground(const Ground& ground, const std::vector<Depth>& depths) {
-  Field& field = blocks_[0].field;
-  const Squares& squares = ground.squares;
+void Engine<Executor>::load_squares(const Squares& squares) {
   executor_->copy_in(planes_.data() + places_[0].square[0], squares.plane.data(), squares.plane.size());
-  field.code = executor_->readable(codes_, squares.code.data(), squares.code.size());
+  blocks_[0].field.code = executor_->readable(codes_, squares.code.data(), squares.code.size());
+  executor_->wait();
+}
+
+template <class Executor>
+void Engine<Executor>::load_depths(const std::vector<Depth>& depths) {
+  Field& field = blocks_[0].field;
   if (!depths.empty()) {
     for (int tier = 0; tier < kTiers; ++tier) field.tier_depth[tier] = tier_depths_.data() + places_[0].square[tier];
     executor_->copy_in(tier_depths_.data() + places_[0].square[0], depths.data(), depths.size());
@@ -92,18 +98,29 @@ void Engine<Executor>::bound_triangles(const OwnTriangles& own, std::size_t tria
 template <class Executor>
 void Engine<Executor>::hand_out_squares(const Watch& follow) {
   if (!follow.squares) return;
-  for (std::size_t b = 0; b < blocks_.size(); ++b) {
-    const Field& field = blocks_[b].field;
-    const std::size_t squares = static_cast<std::size_t>(field.tier_stride[0]) * static_cast<std::size_t>(field.squares_down(0)),
-                      first = places_[b].square[0];
-    codes_.reserve(64 * squares);
-    executor_->each(squares, CodeSamples{field, codes_.data()});
-    Squares known{std::vector<BoundingPlane>(squares), std::vector<std::uint8_t>(64 * squares),
-                  std::vector<Depth>(field.has_voids() ? squares : 0)};
-    executor_->copy_out(known.plane.data(), planes_.data() + first, squares);
-    executor_->copy_out(known.code.data(), codes_.data(), known.code.size());
-    if (field.has_voids()) executor_->copy_out(known.depth.data(), tier_depths_.data() + first, squares);
-    follow.squares(b, std::move(known));
+  std::vector<std::size_t> first{0};  // of the codes
+  for (const BlockView& block : blocks_) {
+    const Field& field = block.field;
+    first.push_back(first.back() +
+                    static_cast<std::size_t>(field.tier_stride[0]) * static_cast<std::size_t>(field.squares_down(0)));
+  }
+  codes_.reserve(64 * first.back());
+  std::vector<Squares> known(blocks_.size());
+  for (std::size_t b = 0; b < known.size(); ++b)
+    executor_->each(first[b + 1] - first[b], CodeSamples{blocks_[b].field, codes_.data() + 64 * first[b]});
+  executor_->parallel(known.size(), [&](std::size_t b) {  // to have their memory takes longer than to fill it
+    const std::size_t squares = first[b + 1] - first[b];
+    known[b].plane.resize(squares);
+    known[b].code.resize(64 * squares);
+    if (blocks_[b].field.has_voids()) known[b].depth.resize(squares);
+  });
+  for (std::size_t b = 0; b < known.size(); ++b) {
+    Squares& squares = known[b];
+    const std::size_t square = places_[b].square[0];
+    executor_->copy_out(squares.plane.data(), planes_.data() + square, squares.plane.size());
+    executor_->copy_out(squares.code.data(), codes_.data() + 64 * first[b], squares.code.size());
+    if (!squares.depth.empty()) executor_->copy_out(squares.depth.data(), tier_depths_.data() + square, squares.depth.size());
+    follow.squares(b, std::move(squares));
   }
 }
 

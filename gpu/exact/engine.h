@@ -68,7 +68,8 @@ class Engine final : public BlockSimplifier {
   void lay_out_blocks(std::span<const Block> blocks, const BlockPlan& plan, Holds holds);
   void fit_bins();
   void choose_bin_bits();
-  void load_ground(const Ground& ground, const std::vector<Depth>& depths);
+  void load_squares(const Squares& squares);
+  void load_depths(const std::vector<Depth>& depths);
   void load_start(const RingMesh& start);
   proto::Result<std::vector<std::vector<BlockMesh>>> run_levels(const BlockPlan& plan, const Watch& follow,
                                                                 proto::StopWatch& watch);
@@ -85,7 +86,7 @@ class Engine final : public BlockSimplifier {
   enum class Windows { all, awake };
   void run_passes(const BlockPlan& plan, const LevelRules& rules, Windows which);
   void read_sides(std::span<const Block> blocks);
-  std::vector<std::vector<RingedVertex>> download_hems();
+  Hems download_hems();
   void hold_hems(const LevelRules& side_rules, int rim_reach);
   void begin_strips(const LevelRules& rules);
   void end_strips();

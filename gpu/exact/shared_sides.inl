@@ -12,13 +12,17 @@ void Engine<Executor>::read_sides(std::span<const Block> blocks) {
     sides.rows = block.rows;
     sides.lattice_x = blocks_[b].lattice_x;
     sides.lattice_y = blocks_[b].lattice_y;
-    for (std::size_t side = 0; side < 4; ++side) {
-      if (block.sides[side] != SideKind::shared) continue;
-      has_shared_sides_ = sides.shared[side] = true;
-      sides.samples[side] = side_samples(block, static_cast<Side>(side));
-      sides.chain[side] = finest_chain(sides.samples[side]);
-    }
+    for (std::size_t side = 0; side < 4; ++side) sides.shared[side] = block.sides[side] == SideKind::shared;
+    has_shared_sides_ = has_shared_sides_ || std::ranges::count(sides.shared, true) > 0;
   }
+  if (!has_shared_sides_) return;
+  executor_->parallel(4 * blocks.size(), [&](std::size_t k) {
+    StripSides& sides = sides_[k / 4];
+    const std::size_t side = k % 4;
+    if (!sides.shared[side]) return;
+    sides.samples[side] = side_samples(blocks[k / 4], static_cast<Side>(side));
+    sides.chain[side] = finest_chain(sides.samples[side]);
+  });
 }
 
 inline SideSamples side_samples(const Block& block, Side side) {
@@ -45,22 +49,18 @@ inline SideSamples side_samples(const Block& block, Side side) {
 }
 
 template <class Executor>
-std::vector<std::vector<RingedVertex>> Engine<Executor>::download_hems() {
+Hems Engine<Executor>::download_hems() {
   const CutView of = finder();
   const IsOnHem on_hem{mesh_.view(), block_array_.data(), of};
   const std::size_t count = executor_->select(vertices_, on_hem, vertices_by_number_.data());
   hem_.reserve(count);
   executor_->each(count, TakeHemVertex{mesh_.view(), block_array_.data(), of, vertices_by_number_.data(), hem_.data()});
   std::vector<std::uint32_t> numbers(count);
-  std::vector<RingedVertex> all(count);
+  Hems hems{std::vector<RingedVertex>(count), {}};
   executor_->copy_out(numbers.data(), vertices_by_number_.data(), count);
-  executor_->copy_out(all.data(), hem_.data(), count);
-  std::vector<std::vector<RingedVertex>> hems(sides_.size());
-  std::size_t b = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    while (numbers[i] >= first_vertex_[b + 1]) ++b;
-    hems[b].push_back(all[i]);
-  }
+  executor_->copy_out(hems.vertices.data(), hem_.data(), count);
+  for (const std::uint32_t first : first_vertex_)
+    hems.first.push_back(static_cast<std::size_t>(std::ranges::lower_bound(numbers, first) - numbers.begin()));
   return hems;
 }
 
@@ -71,13 +71,17 @@ void Engine<Executor>::hold_hems(const LevelRules& side_rules, int rim_reach) {
     StripSides& sides = sides_[k / 4];
     if (sides.shared[k % 4]) sides.chain[k % 4] = coarser_chain(sides.samples[k % 4], sides.chain[k % 4], side_rules);
   });
-  const auto hems = download_hems();
+  const Hems hems = download_hems();
+  std::vector<std::vector<std::uint32_t>> held_of(sides_.size());
+  executor_->parallel(sides_.size(), [&](std::size_t b) {
+    std::vector<std::uint32_t>& held = held_of[b] = held_on_hem(sides_[b], hems.of(b), rim_reach);
+    std::sort(held.begin(), held.end());
+    held.erase(std::unique(held.begin(), held.end()), held.end());
+  });
   std::vector<std::uint32_t> held;
-  for (std::size_t b = 0; b < hems.size(); ++b) {
-    for (const std::uint32_t v : held_on_hem(sides_[b], hems[b], rim_reach)) held.push_back(first_vertex_[b] + v);
+  for (std::size_t b = 0; b < sides_.size(); ++b) {
+    for (const std::uint32_t v : held_of[b]) held.push_back(first_vertex_[b] + v);
   }
-  std::sort(held.begin(), held.end());
-  held.erase(std::unique(held.begin(), held.end()), held.end());
   executor_->copy_in(vertices_by_number_.data(), held.data(), held.size());
   executor_->each(held.size(), HoldVertex{vertices_by_number_.data(), mesh_.view()});
   executor_->wait();  // the list is this function's
@@ -86,24 +90,29 @@ void Engine<Executor>::hold_hems(const LevelRules& side_rules, int rim_reach) {
 /// Puts the own meshes aside and makes the level's whole meshes of them.
 template <class Executor>
 void Engine<Executor>::begin_strips(const LevelRules& rules) {
-  const auto hems = download_hems();
+  const Hems hems = download_hems();
   std::vector<Strip> strips(sides_.size());
   executor_->parallel(sides_.size(), [&](std::size_t b) {
-    strips[b] = make_strip(sides_[b], hems[b], first_vertex_[b + 1] - first_vertex_[b], rules);
+    strips[b] = make_strip(sides_[b], hems.of(b), first_vertex_[b + 1] - first_vertex_[b], rules);
   });
   own_first_vertex_ = first_vertex_;
-  std::vector<RingedVertex> changed;
+  std::vector<std::size_t> first_changed{0};
   for (std::size_t b = 0; b < strips.size(); ++b) {
     const std::uint32_t own = own_first_vertex_[b + 1] - own_first_vertex_[b];
     first_vertex_[b + 1] = first_vertex_[b] + own + static_cast<std::uint32_t>(strips[b].added.size());
+    first_changed.push_back(first_changed.back() + strips[b].added.size() + strips[b].hem.size());
+  }
+  std::vector<RingedVertex> changed(first_changed.back());
+  executor_->parallel(strips.size(), [&](std::size_t b) {
+    std::size_t next = first_changed[b];
     for (const auto* list : {&strips[b].added, &strips[b].hem}) {
       for (RingedVertex v : *list) {
         v.vertex += first_vertex_[b];
         for (int k = 0; k < v.valence; ++k) v.ring[k] += first_vertex_[b];
-        changed.push_back(v);
+        changed[next++] = v;
       }
     }
-  }
+  });
   std::swap(mesh_, own_);
   const std::size_t own_vertices = vertices_;
   vertices_ = first_vertex_.back();

@@ -2,7 +2,9 @@
 // What lies between a block's own mesh and its shared sides: rows 0 to 3, made anew at each level from the sides' chains and the
 // vertices on the hem (row 4), where the block's own mesh ends. Nothing of it goes to the next level.
 #include <array>
+#include <cstddef>
 #include <span>
+#include <vector>
 
 #include "gpu/exact/side_chain.h"
 #include "gpu/exact/simplify_block.h"
@@ -17,6 +19,15 @@ struct RingedVertex {
   std::uint8_t mark = 0, valence = 0;
   Depth depth = 0;  ///< of the sample there; 0 in blocks without voids
   std::uint32_t ring[kRingWidth] = {};
+};
+
+/// Vertices of all blocks' hems, block by block.
+struct Hems {
+  std::vector<RingedVertex> vertices;
+  std::vector<std::size_t> first;  ///< indexed by block; one more at the end
+  std::span<const RingedVertex> of(std::size_t block) const {
+    return std::span(vertices).subspan(first[block], first[block + 1] - first[block]);
+  }
 };
 
 /// The shared sides of a block, as far as a strip needs them.

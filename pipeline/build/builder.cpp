@@ -11,7 +11,6 @@
 #include "gpu/measure/surface_memory.h"
 #include "pipeline/build/build.h"
 #include "pipeline/build/exact/exact_block.h"
-#include "pipeline/build/exact/kept_block.h"
 #include "pipeline/build/tile_output.h"
 #include "pipeline/finest/pixel_error.h"
 #include "pipeline/finest/side_vertices.h"
@@ -103,7 +102,7 @@ proto::Result<void> Builder::prepare() {
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
   if (plan_.exact()) {  // the device comes up while sources are opened
     constexpr std::size_t kMostOnCpu = 8, kMostOnGpu = 16;
-    constexpr std::size_t kTurnsOfGpu = 2;  // one works while the other does its part on the host
+    constexpr std::size_t kTurnsOfGpu = 4;  // some work while others do their part on the host, or wait for a few late windows
     const auto at_once = [&](std::size_t most) { return exact_at_once(plan_, workers_.threads(), room_.memory_mib, most); };
     const std::size_t on_gpu = at_once(kMostOnGpu), turns = std::min(on_gpu, kTurnsOfGpu);
     exact_.open(room_.device, {at_once(kMostOnCpu), 1}, {turns, on_gpu / turns});
@@ -237,6 +236,7 @@ proto::Result<FinishedTask> Builder::exact_block(const proto::TileAddress& node,
   auto built = build_exact_block(plan_, node, place, samples, exact_, {workers_, pixels, finest},
                                  [&](double part) { share(kReadShare + (1 - kReadShare) * part); });
   if (stop_) return kCancelled;
+  if (built.ok() && gathered_) gathered_->take(*built);
   return built;
 }
 
@@ -311,58 +311,29 @@ proto::Result<FinishedTask> Builder::block(const proto::TileAddress& node, const
   return task;
 }
 
+void Builder::gather_for_merge() {
+  constexpr double kMostOfMemory = 1.0 / 16;
+  auto gathered = std::make_unique<GatheredBlocks>(plan_, workers_, stop_);
+  if (gathered->bytes() > kMostOfMemory * memory_for_blocks(room_.memory_mib)) return;
+  gathered_ = std::move(gathered);
+  gathered_->begin();
+}
+
 proto::Result<FinishedTask> Builder::merge_at_once(const ChildMesh& mesh_of) {
-  const std::vector<proto::TileAddress> below = nodes_below(plan_, {});
-  std::vector<std::optional<proto::Result<KeptBlock>>> blocks(below.size());
-  const std::int64_t side = lattice_.tile_units(static_cast<int>(plan_.block_level()));
-  const auto read = [&](std::size_t k) {
-    const auto bytes = mesh_of(below[k]);
-    if (!bytes.ok())
-      blocks[k] = bytes.problem();
-    else if (*bytes)
-      blocks[k] = kept_block_from(**bytes, side);
-  };
-  // The ground's memory takes as long to be had as some blocks to be read. Of the others each is put there as it is read, so that
-  // not all of them are in memory twice. Of a large one, what blocks were made with is a good part of it, too.
-  constexpr std::size_t kReadMeanwhile = 64;
-  if (below.size() > kReadMeanwhile) exact_.give_back_memory();
-  const std::size_t meanwhile = std::min(below.size(), kReadMeanwhile);
-  Above above;
-  workers_.each(1 + meanwhile, [&](std::size_t k, unsigned) {
-    if (k == 0)
-      above.ground = unknown_ground(plan_);
-    else
-      read(k - 1);
-  });
-  std::atomic<bool> voids{false};
-  workers_.each(below.size(), [&](std::size_t k, unsigned) {
-    if (k >= meanwhile && !stop_) read(k);
-    const bool known = blocks[k] && blocks[k]->ok();
-    if (!known || !(*blocks[k])->squares.depth.empty()) voids = true;
-    if (!known) return;
-    place_squares(plan_, static_cast<std::int32_t>(k), (*blocks[k])->squares, above.ground);
-    (*blocks[k])->squares = {};
-  });
+  constexpr std::size_t kManyBlocks = 64;
+  const auto gathered = gathered_ ? std::move(gathered_) : std::make_unique<GatheredBlocks>(plan_, workers_, stop_);
+  if (gathered->count() > kManyBlocks) exact_.give_back_memory();  // of a large ground's it is a good part
+  auto above = gathered->all(mesh_of);
   if (stop_) return kCancelled;
-  if (!voids) above.ground.squares.depth.clear();
-  std::vector<proto::TileAddress> consumed;
-  std::vector<const proto::TileMesh*> meshes(below.size());
-  for (std::size_t k = 0; k < below.size(); ++k) {
-    if (!blocks[k]) continue;
-    if (!blocks[k]->ok()) return blocks[k]->problem();
-    meshes[k] = &(*blocks[k])->mesh;
-    consumed.push_back(below[k]);
-  }
-  if (consumed.empty()) {
+  if (!above.ok()) return above.problem();
+  if (!*above) {
     FinishedTask nothing;
     nothing.node = node_above(plan_);
     return nothing;
   }
-  above.start = joined_mesh(plan_, meshes);
-  blocks.clear();
-  auto task = build_exact_above(plan_, std::move(above), exact_, workers_);
+  auto task = build_exact_above(plan_, std::move(**above), exact_, workers_);
   if (stop_) return kCancelled;
-  if (task.ok()) task->consumed = std::move(consumed);
+  if (task.ok()) task->consumed = gathered->those_with_a_mesh();
   return task;
 }
 

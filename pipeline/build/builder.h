@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/build/exact/gathered_blocks.h"
 #include "pipeline/build/exact_build.h"
 #include "pipeline/build/tile_simplifiers.h"
 #include "pipeline/build/worker_sources.h"
@@ -60,6 +61,9 @@ class Builder {
                                     const FinestSink& finest = {});
   /// The mesh that a finished task left for its parent; nullopt where it has none. Called by any thread.
   using ChildMesh = std::function<proto::Result<std::optional<std::string>>(const proto::TileAddress& child)>;
+  /// What blocks leave for a merge of all of them is kept for it from now on, where there is memory for that; else, or if another
+  /// process made them, it is read.
+  void gather_for_merge();
   /// One parent above the blocks; where these are merged at once, all levels above them. It asks for those of nodes_below().
   proto::Result<FinishedTask> merge(const proto::TileAddress& node, const ChildMesh& mesh_of);
 
@@ -94,6 +98,7 @@ class Builder {
   std::size_t rooms_taken_ = 0;
   TileSimplifiers tiles_;
   ExactSimplifiers exact_;
+  std::unique_ptr<GatheredBlocks> gathered_;  ///< since gather_for_merge()
 };
 
 }  // namespace cordillera::pipeline

@@ -155,7 +155,10 @@ proto::Result<void> build_blocks(const Site& site, const std::vector<proto::Tile
     return committed;
   };
   const bool lazy = site.follower && site.follower->lazy();
-  if (lazy) show_made(site, all);
+  if (lazy)
+    show_made(site, all);
+  else if (merged_at_once(site.plan) && !blocks.empty())
+    site.shop.builder.gather_for_merge();
   BlockOrder order(blocks, site.follower);
   auto built = lazy ? build_looked_at(site, blocks, order, make, take)
                     : in_flight(

@@ -1,0 +1,95 @@
+#include "pipeline/build/exact/gathered_blocks.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "pipeline/plan/block_grid.h"
+#include "pipeline/plan/plan.h"
+
+namespace cordillera::pipeline {
+
+GatheredBlocks::GatheredBlocks(const proto::Plan& plan, Workers& workers, const std::atomic<bool>& stop)
+    : plan_(plan), workers_(workers), stop_(stop), nodes_(nodes_below(plan, {})), blocks_(nodes_.size()) {}
+
+double GatheredBlocks::bytes() const {
+  constexpr double kBytesOfCell = 1.3;
+  const double side = static_cast<double>(lattice_of(plan_).tile_units(static_cast<int>(plan_.block_level())));
+  return kBytesOfCell * side * side * static_cast<double>(count());
+}
+
+void GatheredBlocks::begin() {
+  ground_there_ = std::async(std::launch::async | std::launch::deferred, [this] { make_ground(); }).share();
+}
+
+void GatheredBlocks::make_ground() { ground_ = unknown_ground(plan_); }
+
+void GatheredBlocks::take(const FinishedTask& block) {
+  const auto node = std::find(nodes_.begin(), nodes_.end(), block.node);
+  if (!block.mesh || node == nodes_.end()) return;
+  auto kept = kept_block_from(block.mesh->second, lattice_of(plan_).tile_units(block.node.z));
+  if (!kept.ok()) return;  // whoever reads it from the store says so
+  std::shared_future<void>(ground_there_).wait();
+  place(static_cast<std::size_t>(node - nodes_.begin()), std::move(*kept));
+}
+
+void GatheredBlocks::place(std::size_t k, KeptBlock&& block) {
+  if (!block.squares.depth.empty()) voids_ = true;
+  place_squares(plan_, static_cast<std::int32_t>(k), block.squares, ground_);
+  block.squares = {};
+  blocks_[k] = std::move(block);
+}
+
+proto::Result<std::optional<Above>> GatheredBlocks::all(const MeshOf& mesh_of) {
+  const std::int64_t side = lattice_of(plan_).tile_units(static_cast<int>(plan_.block_level()));
+  const auto read = [&](std::size_t k) {
+    const auto bytes = mesh_of(nodes_[k]);
+    if (!bytes.ok())
+      blocks_[k] = bytes.problem();
+    else if (*bytes)
+      blocks_[k] = kept_block_from(**bytes, side);
+  };
+  std::vector<std::size_t> left;
+  for (std::size_t k = 0; k < count(); ++k) {
+    if (!blocks_[k]) left.push_back(k);
+  }
+  // Some blocks are read while the ground's memory is had. Of the others each is put there as it is read, so that not all of them
+  // are in memory twice.
+  constexpr std::size_t kReadMeanwhile = 64;
+  const std::size_t meanwhile = std::min(left.size(), kReadMeanwhile);
+  workers_.each(1 + meanwhile, [&](std::size_t n, unsigned) {
+    if (n > 0)
+      read(left[n - 1]);
+    else if (!ground_there_.valid())
+      make_ground();
+  });
+  workers_.each(left.size(), [&](std::size_t n, unsigned) {
+    const std::size_t k = left[n];
+    if (n >= meanwhile && !stop_) read(k);
+    if (blocks_[k] && blocks_[k]->ok())
+      place(k, std::move(**blocks_[k]));
+    else
+      voids_ = true;
+  });
+  if (stop_) return std::optional<Above>();
+  if (!voids_) ground_.squares.depth.clear();
+  std::vector<const proto::TileMesh*> meshes(count());
+  bool any = false;
+  for (std::size_t k = 0; k < count(); ++k) {
+    if (!blocks_[k]) continue;
+    if (!blocks_[k]->ok()) return blocks_[k]->problem();
+    meshes[k] = &(*blocks_[k])->mesh;
+    any = true;
+  }
+  if (!any) return std::optional<Above>();
+  return std::optional<Above>(Above{std::move(ground_), joined_mesh(plan_, meshes)});
+}
+
+std::vector<proto::TileAddress> GatheredBlocks::those_with_a_mesh() const {
+  std::vector<proto::TileAddress> those;
+  for (std::size_t k = 0; k < count(); ++k) {
+    if (blocks_[k]) those.push_back(nodes_[k]);
+  }
+  return those;
+}
+
+}  // namespace cordillera::pipeline
