@@ -17,6 +17,7 @@ proto::Problem unwritable(const std::string& path, const std::string& why) {
 }  // namespace
 
 faces::Document made(const faces::Terrain& terrain, const faces::Resource& resource, const faces::Place& place) {
+  if (terrain.is_stopped()) throw Refused{kStopped};
   auto document = resource.make(terrain, place);
   if (!document.ok()) throw Refused{document.problem()};
   if (!*document) throw StoreError("the bytes of " + faces::path_of(resource, place) + " are missing");

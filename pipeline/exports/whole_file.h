@@ -18,8 +18,11 @@ struct Refused {
   proto::Problem problem;
 };
 
-/// What stands at a place that a face itself has named. Throws Refused where the face cannot make it, StoreError where nothing is
-/// there.
+/// Of a terrain that is stopped.
+inline const proto::Problem kStopped{"cancelled", "the export was stopped, and nothing of it is kept", "", ""};
+
+/// What stands at a place that a face itself has named. Throws Refused where the face cannot make it, and once the terrain is
+/// stopped; StoreError where nothing is there.
 faces::Document made(const faces::Terrain& terrain, const faces::Resource& resource, const faces::Place& place);
 
 /// Whether write_export would take the path: to be asked before hours of work.

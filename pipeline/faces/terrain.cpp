@@ -31,9 +31,10 @@ struct Terrain::Undulation {
   std::optional<proto::Problem> problem;
 };
 
-Terrain::Terrain(std::shared_ptr<const StoreReader> store, Look look)
+Terrain::Terrain(std::shared_ptr<const StoreReader> store, Look look, const std::atomic<bool>* stop)
     : store_(std::move(store)),
       look_(std::move(look)),
+      stop_(stop),
       meshes_(kMostMeshBytes),
       documents_(kMostDocumentBytes),
       tiles_(kMostTileBytes),

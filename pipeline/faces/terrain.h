@@ -26,13 +26,15 @@ class OutlineFill;
 /// Thread-safe. What was decoded or made lately is kept, within bounds; it goes with the object.
 class Terrain {
  public:
-  explicit Terrain(std::shared_ptr<const StoreReader> store, Look look = {});
+  /// stop: asked once a tile by what goes over many; may be null.
+  explicit Terrain(std::shared_ptr<const StoreReader> store, Look look = {}, const std::atomic<bool>* stop = nullptr);
   ~Terrain();
 
   const StoreReader& store() const { return *store_; }
   const proto::Manifest& manifest() const { return store_->manifest(); }
   proto::Lattice lattice() const;
   const Look& look() const { return look_; }
+  bool is_stopped() const { return stop_ != nullptr && *stop_; }
 
   /// A tile's mesh, decoded from the .drc that clients get, ready to be asked for heights. Null where the store has no tile.
   /// Throws StoreError where its bytes are damaged.
@@ -87,6 +89,7 @@ class Terrain {
 
   std::shared_ptr<const StoreReader> store_;
   Look look_;
+  const std::atomic<bool>* const stop_;
   mutable proto::Lru<proto::TileAddress, std::shared_ptr<const MeshIndex>> meshes_;
   mutable proto::Lru<std::string, Document> documents_;
   mutable proto::Lru<std::pair<proto::TileAddress, Encoding>, Document> tiles_;

@@ -39,22 +39,24 @@ proto::Result<void> all_there(const proto::WorkPlan& plan, const std::string& fo
 }
 
 /// Water masks come from pixels, which no shard holds; without water= there are none.
-proto::Result<void> add_water(const proto::WorkPlan& plan, const BuildRequest& request, StoreWriter& store) {
+proto::Result<void> add_water(const proto::WorkPlan& plan, const BuildRequest& request, StoreWriter& store,
+                              const std::atomic<bool>& stop) {
   if (!plan.options().has_water() && plan.options().water_mask().empty()) return {};
   for (const raster::MosaicMember& member : request.members) {
     if (const auto same = check_unchanged(member); !same.ok()) return same.problem();
   }
   Workers workers(0);
-  const std::atomic<bool> never{false};
   return build_water(
-      plan.plan(), workers, [&] { return open_source(request); }, store, never);
+      plan.plan(), workers, [&] { return open_source(request); }, store, stop);
 }
 
-proto::Result<proto::Manifest> collect(const proto::WorkPlan& plan, const std::string& folder, const std::string& path) {
+proto::Result<proto::Manifest> collect(const proto::WorkPlan& plan, const std::string& folder, const std::string& path,
+                                       const std::atomic<bool>& stop) {
   auto store = StoreWriter::open(path, plan.plan());
   if (!store.ok()) return store.problem();
   for (const proto::WorkStage& stage : plan.stages()) {
     for (const proto::WorkTask& task : stage.tasks()) {
+      if (stop) return kCancelled;
       auto finished = read_shard(folder, task);
       if (!finished.ok()) return finished.problem();
       finished->mesh.reset();  // for the task above, which is done
@@ -62,7 +64,7 @@ proto::Result<proto::Manifest> collect(const proto::WorkPlan& plan, const std::s
     }
   }
   const BuildRequest request = request_of(plan);
-  if (const auto masked = add_water(plan, request, **store); !masked.ok()) return masked.problem();
+  if (const auto masked = add_water(plan, request, **store, stop); !masked.ok()) return masked.problem();
   return publish_store(**store, request, plan);
 }
 
@@ -88,12 +90,13 @@ proto::Result<proto::Manifest> publish_store(StoreWriter& store, const BuildRequ
   return published;
 }
 
-proto::Result<proto::Manifest> publish(const proto::WorkPlan& plan, const std::string& folder, const std::string& store_path) {
+proto::Result<proto::Manifest> publish(const proto::WorkPlan& plan, const std::string& folder, const std::string& store_path,
+                                       const std::atomic<bool>& stop) {
   if (const auto there = all_there(plan, folder); !there.ok()) return there.problem();
   const std::string part = store_path + ".publishing";
   const auto clean = [&] { remove_store(part); };
   clean();
-  auto manifest = collect(plan, folder, part);
+  auto manifest = collect(plan, folder, part, stop);
   if (!manifest.ok()) {
     clean();
     return manifest;

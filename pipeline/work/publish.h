@@ -1,5 +1,6 @@
 #pragma once
 // The end of a plan: all shards into one store, in one step.
+#include <atomic>
 #include <string>
 
 #include "pipeline/build/build.h"
@@ -16,8 +17,9 @@ proto::Result<std::vector<Progress>> progress_of(const proto::WorkPlan& plan, co
 
 /// Checks that every shard is there, then every hash, and writes the store that a build in one process would have written: the
 /// same tiles, the same bytes. store_path appears whole or stays as it was. Problems: "shards-missing" with the first of them,
-/// "shard-damaged".
-proto::Result<proto::Manifest> publish(const proto::WorkPlan& plan, const std::string& folder, const std::string& store_path);
+/// "shard-damaged", "cancelled".
+proto::Result<proto::Manifest> publish(const proto::WorkPlan& plan, const std::string& folder, const std::string& store_path,
+                                       const std::atomic<bool>& stop);
 
 /// The last step of a store that holds all tiles of a plan: its manifest. "no-data" where they are none.
 proto::Result<proto::Manifest> publish_store(StoreWriter& store, const BuildRequest& request, const proto::WorkPlan& plan);

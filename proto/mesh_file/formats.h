@@ -18,17 +18,18 @@ Result<MeshFile> read_obj(MeshSource& source);
 class MeshText {
  public:
   explicit MeshText(std::ostream& out) : out_(out) {}
-  ~MeshText() { out_.write(text_.data(), static_cast<std::streamsize>(text_.size())); }
   MeshText(const MeshText&) = delete;
   MeshText& operator=(const MeshText&) = delete;
 
   /// To append to; call once a row.
   std::string& row() {
-    if (text_.size() > kPiece) {
-      out_.write(text_.data(), static_cast<std::streamsize>(text_.size()));
-      text_.clear();
-    }
+    if (text_.size() > kPiece) write();
     return text_;
+  }
+  /// After the last row. No destructor does it: a stream may throw where the disk is full.
+  void write() {
+    out_.write(text_.data(), static_cast<std::streamsize>(text_.size()));
+    text_.clear();
   }
 
  private:

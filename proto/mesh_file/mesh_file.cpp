@@ -95,16 +95,15 @@ TriangleMesh as_written(TriangleMesh mesh, const MeshEncoding& encoding) {
 }
 
 bool write_mesh(std::ostream& out, const TriangleMesh& mesh, const MeshEncoding& encoding) {
-  {
-    MeshText text(out);
-    if (encoding.format == MeshFormat::off) {
-      write_off(text, mesh);
-    } else if (encoding.format == MeshFormat::obj) {
-      write_obj(text, mesh, encoding);
-    } else {
-      write_ply(text, mesh, encoding);
-    }
+  MeshText text(out);
+  if (encoding.format == MeshFormat::off) {
+    write_off(text, mesh);
+  } else if (encoding.format == MeshFormat::obj) {
+    write_obj(text, mesh, encoding);
+  } else {
+    write_ply(text, mesh, encoding);
   }
+  text.write();
   return static_cast<bool>(out.flush());
 }
 

@@ -68,7 +68,7 @@ std::string temporary_name(const std::string& path) {
 proto::Result<void> write_here(const std::string& path, const std::string& bytes) {
   std::error_code error;
   const fs::path folder = fs::path(path).parent_path();
-  if (!folder.empty()) fs::create_directories(folder, error);
+  if (!folder.empty() && !fs::create_directories(folder, error) && error) return write_problem(path, error.message());
   const std::string part = temporary_name(path);
   const auto failed = [&] {
     const std::string why = std::strerror(errno);

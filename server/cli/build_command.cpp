@@ -11,6 +11,7 @@
 #include "pipeline/build/build.h"
 #include "pipeline/estimate/estimate.h"
 #include "pipeline/exports/export.h"
+#include "pipeline/exports/whole_file.h"
 #include "pipeline/faces/tiles_3d/photo_texture.h"
 #include "raster/disk/file_lock.h"
 #include "raster/place/area.h"
@@ -72,7 +73,7 @@ proto::Result<void> export_to(const std::string& store, const BuildLine& line, c
                               const fs::path& folder, unsigned threads) {
   auto reader = pipeline::StoreReader::open(store);
   if (!reader) return reader.problem();
-  const pipeline::faces::Terrain terrain(std::move(reader).value(), look);
+  const pipeline::faces::Terrain terrain(std::move(reader).value(), look, &g_asked_to_stop);
   if (auto shown = pipeline::faces::check_photo(terrain); !shown) return shown;
   return pipeline::export_static(terrain, line.formats, folder.string(), line.other, threads);
 }
@@ -111,7 +112,7 @@ int build_beside(pipeline::BuildRequest request, const BuildLine& line, const fs
   }
   times.enter("export");
   const auto exported = exports(request.store_path);
-  fs::remove_all(work, error);
+  if (exported || exported.problem().type != pipeline::exports::kStopped.type) fs::remove_all(work, error);
   if (!exported) return fail(exported.problem());
   return done(*manifest, place.string(), line.words, times);
 }

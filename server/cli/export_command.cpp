@@ -16,6 +16,7 @@
 #include "server/cli/path_kind.h"
 #include "server/jobs/child.h"
 #include "server/options/mesh_options.h"
+#include "server/sandbox/asked_to_stop.h"
 
 namespace cordillera::server {
 namespace {
@@ -115,6 +116,7 @@ proto::Result<std::string> export_mesh(MeshKind kind, const ExportLine& line, co
   const auto written = write_export(line.output, line.other, [&](const fs::path& sibling) {
     std::ofstream out = opened(sibling);
     write_mesh(out, *mesh, kind, terrain.manifest());
+    if (terrain.is_stopped()) throw Refused{kStopped};
   });
   if (!written) return written.problem();
   return "level " + std::to_string(mesh->level) + ", " + std::to_string(mesh->mesh.vertices()) + " vertices, " +
@@ -133,7 +135,7 @@ proto::Result<std::string> export_of(const ExportLine& line) {
   if (!store) return store.problem();
   const auto look = look_of(line.look);
   if (!look) return look.problem();
-  const Terrain terrain(std::move(*store), *look);
+  const Terrain terrain(std::move(*store), *look, &g_asked_to_stop);
   if (const auto shown = pipeline::faces::check_photo(terrain); !shown) return shown.problem();
   const ArchiveKind* const archive = archive_of(line.output);
   return archive != nullptr ? export_archive(*archive, line, terrain)
@@ -184,6 +186,7 @@ proto::Result<std::string> export_file(const ExportLine& line) {
 }
 
 int export_command(const ExportLine& line) {
+  stop_on({SIGINT, SIGTERM}, SecondTime::ends);
   const auto said = export_file(line);
   if (said) {
     if (line.words == Verbosity::all) std::cout << *said << "\n";

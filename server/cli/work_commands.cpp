@@ -227,7 +227,7 @@ proto::Result<void> export_from(const std::string& store, const PublishLine& lin
     }
     auto reader = pipeline::StoreReader::open(store);
     if (!reader) return reader.problem();
-    const pipeline::faces::Terrain terrain(std::move(reader).value(), look);
+    const pipeline::faces::Terrain terrain(std::move(reader).value(), look, &g_asked_to_stop);
     if (auto shown = pipeline::faces::check_photo(terrain); !shown) return shown;
     return pipeline::export_static(terrain, line.formats, place.string(), line.other, 0);
   }();
@@ -354,7 +354,8 @@ int publish_command(const PublishLine& line) {
   if (const auto usable = check_place(line, place); !usable) return fail(usable.problem());
   const bool whole = written_as(line.output) == Written::dataset;
   const std::string store = whole ? place.string() : place.string() + ".publishing.sqlite";
-  const auto manifest = work::publish(*plan, line.folder, store);
+  stop_on({SIGINT, SIGTERM}, SecondTime::ends);
+  const auto manifest = work::publish(*plan, line.folder, store, g_asked_to_stop);
   if (!manifest) return fail(manifest.problem());
   if (!whole) {
     if (const auto exported = export_from(store, line, *look, place); !exported) return fail(exported.problem());

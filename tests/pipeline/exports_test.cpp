@@ -12,6 +12,7 @@
 #include "pipeline/exports/archive_3tz.h"
 #include "pipeline/exports/hilbert.h"
 #include "pipeline/exports/mbtiles.h"
+#include "pipeline/exports/mesh/mesh_extract.h"
 #include "pipeline/exports/pmtiles.h"
 #include "pipeline/exports/pmtiles_directory.h"
 #include "pipeline/exports/tile_places.h"
@@ -303,6 +304,37 @@ TEST(Archives, AppearWholeOrNotAtAll) {
   for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(file).parent_path())) {
     EXPECT_EQ(entry.path().filename().string().find("partial"), std::string::npos) << entry.path();
   }
+}
+
+TEST(Archives, ThatAreStoppedLeaveTheEarlierOneAndNothingElse) {
+  auto store = StoreReader::open(archived_dataset().place("a.db"));
+  ASSERT_TRUE(store.ok());
+  const std::atomic<bool> stop{true};
+  const faces::Terrain stopped(std::move(*store), {}, &stop);
+  TemporaryFolder folder;
+  const auto expect_stopped = [&](const std::string& name, const auto& write) {
+    const std::string file = folder / name;
+    std::ofstream(file) << "earlier";
+    const proto::Result<void> written = write(file);
+    ASSERT_FALSE(written.ok()) << name;
+    EXPECT_EQ(written.problem().type, "cancelled") << name;
+    EXPECT_EQ(bytes_of(file), "earlier");
+    std::filesystem::remove(file);
+  };
+  expect_stopped("a.pmtiles", [&](const std::string& file) {
+    return write_pmtiles(stopped, *faces::face_named("terrarium"), file, Existing::replace);
+  });
+  expect_stopped("a.mbtiles", [&](const std::string& file) {
+    return write_mbtiles(stopped, *faces::face_named("terrarium"), file, Existing::replace);
+  });
+  expect_stopped("a.3tz", [&](const std::string& file) {
+    return write_3tz(stopped, *faces::face_named("3d-tiles"), file, Existing::replace);
+  });
+  MeshRequest whole;
+  const auto mesh = extract_mesh(stopped, whole);
+  ASSERT_FALSE(mesh.ok());
+  EXPECT_EQ(mesh.problem().type, "cancelled");
+  EXPECT_TRUE(std::filesystem::is_empty(folder / "."));
 }
 
 TEST(Archives, ThreadsDoNotShow) {

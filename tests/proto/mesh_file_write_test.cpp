@@ -167,5 +167,18 @@ TEST_F(MeshFileOnDisk, AStreamThatFailsIsNoticed) {
   EXPECT_FALSE(write_mesh(full, roof(), {}));
 }
 
+TEST_F(MeshFileOnDisk, AStreamThatThrowsWhereItFailsEndsNoProgram) {
+  std::ofstream full("/dev/full");
+  if (!full) GTEST_SKIP() << "no /dev/full here";
+  full.exceptions(std::ios::badbit | std::ios::failbit);
+  for (const MeshFormat format : {MeshFormat::off, MeshFormat::obj, MeshFormat::ply}) {
+    MeshEncoding encoding;
+    encoding.format = format;
+    EXPECT_THROW(write_mesh(full, random_mesh(1), encoding), std::ios_base::failure);
+    full.clear();
+  }
+  full.exceptions(std::ios::goodbit);
+}
+
 }  // namespace
 }  // namespace cordillera::proto

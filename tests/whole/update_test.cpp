@@ -76,7 +76,7 @@ class Update : public testing::Test {
                       *plan, stage, work::part_of(stage, 0, 1), {folder, {"cpu"}, 2}, [](auto&&...) {}, stop_)
                       .ok());
     }
-    const auto published = work::publish(*plan, folder, store);
+    const auto published = work::publish(*plan, folder, store, stop_);
     EXPECT_TRUE(published.ok()) << published.problem().line();
     if (manifest != nullptr && published.ok()) *manifest = *published;
     return whole::published(store);

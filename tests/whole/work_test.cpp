@@ -76,8 +76,9 @@ class Work : public testing::Test {
       EXPECT_TRUE(done.ok()) << done.problem().line();
     }
   }
-  proto::Result<proto::Manifest> publish(const proto::WorkPlan& plan, const std::string& name) {
-    return work::publish(plan, shards_, folder_.path(name));
+  proto::Result<proto::Manifest> publish(const proto::WorkPlan& plan, const std::string& name, bool stopped = false) {
+    const std::atomic<bool> stop{stopped};
+    return work::publish(plan, shards_, folder_.path(name), stop);
   }
 
   Folder folder_;
@@ -193,6 +194,18 @@ TEST_F(Work, a_merge_before_its_blocks_may_be_tried_again) {
   ASSERT_FALSE(early.ok());
   EXPECT_EQ(early.problem().type, "shard-missing");
   EXPECT_TRUE(work::worth_retrying(early.problem()));
+}
+
+TEST_F(Work, a_publish_that_is_stopped_leaves_nothing_and_can_be_done_again) {
+  const proto::WorkPlan plan = this->plan();
+  all_stages(plan);
+  const auto files = [this] { return std::distance(fs::directory_iterator(folder_.path(".")), fs::directory_iterator()); };
+  const auto before = files();
+  const auto stopped = publish(plan, "out.sqlite", true);
+  ASSERT_FALSE(stopped.ok());
+  EXPECT_EQ(stopped.problem().type, "cancelled");
+  EXPECT_EQ(files(), before);
+  EXPECT_TRUE(publish(plan, "out.sqlite").ok());
 }
 
 TEST_F(Work, what_is_missing_or_damaged_is_named_and_nothing_is_published) {

@@ -7,6 +7,7 @@
 
 #include "pipeline/encode/published_mesh.h"
 #include "pipeline/exports/mesh/mesh_weld.h"
+#include "pipeline/exports/whole_file.h"
 #include "raster/place/area.h"
 
 namespace cordillera::pipeline::exports {
@@ -56,7 +57,7 @@ std::optional<ExtractedMesh> extract(const faces::Terrain& terrain, const MeshRe
     const auto tile = terrain.mesh({level, static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())});
     if (tile) welder.add(tile->mesh(), x);
     whole = welder.mesh().triangles.size() <= request.most_triangles;
-    return whole;
+    return whole && !terrain.is_stopped();
   });
   if (!whole) return std::nullopt;
   const proto::Lattice lattice = terrain.lattice();
@@ -132,6 +133,7 @@ proto::Result<ExtractedMesh> extract_mesh(const faces::Terrain& terrain, const M
   int level = *first;
   for (; level >= least; --level) {  // what seemed to fit may not
     auto mesh = extract(terrain, request, level);
+    if (terrain.is_stopped()) return kStopped;
     if (mesh && mesh->mesh.triangles.empty()) return nothing_there(terrain, request, level);
     if (mesh) return std::move(*mesh);
     if (wanted) break;
