@@ -158,11 +158,11 @@ case_bad() {  # one raster cannot be read: its task says so, the others finish, 
   "$submit" "$work/bad" -o "$work/bad-out" --program "$program" --parts 24 --samples 1000 --mem 500
   wait_for_jobs 300
   [ ! -e "$work/bad-out" ] || failed "a plan with a failed task was published"
-  grep -q dem23.asc "$work"/bad/log/*.log || failed "no log names the raster that cannot be read"
+  grep -q dem23.tif "$work"/bad/log/*.log || failed "no log names the raster that cannot be read"
   undone=$(($(blocks_of bad tasks) - $(blocks_of bad done)))
   [ $undone -ge 1 ] && [ $undone -le 4 ] || failed "$undone blocks are undone; the broken raster touches no more than 4"
   # The raster is put right. It is another file now, so the plan is made anew; what does not depend on it is there already.
-  cp "$work/mended/dem23.asc" "$work/dem-bad/dem23.asc"
+  cp "$work/mended/dem23.tif" "$work/dem-bad/dem23.tif"
   "$program" plan "$work/dem-bad" -o "$work/bad" -q "${options[@]}"
   "$submit" "$work/bad" -o "$work/bad-out" --program "$program" --parts 24 --samples 1000 --mem 500
   wait_for_jobs 300
