@@ -21,9 +21,20 @@ Common cut(const Common& polygon, PlanPoint a, PlanPoint b) {
   return rest;
 }
 
+/// Whether a side of a, if it is counter-clockwise, has all of b beyond it. Corners lie on the lattice, so that this is exact.
+bool are_apart(const std::array<PlanPoint, 3>& a, const std::array<PlanPoint, 3>& b) {
+  if (twice_area(a[0], a[1], a[2]) <= 0) return false;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const PlanPoint from = a[k], to = a[(k + 1) % 3];
+    if (twice_area(from, to, b[0]) < 0 && twice_area(from, to, b[1]) < 0 && twice_area(from, to, b[2]) < 0) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 Common common_part(const std::array<PlanPoint, 3>& a, const std::array<PlanPoint, 3>& b) {
+  if (are_apart(a, b) || are_apart(b, a)) return {};
   Common part{3, {a[0], a[1], a[2]}};
   for (std::size_t k = 0; k < 3 && part.count > 0; ++k) part = cut(part, b[k], b[(k + 1) % 3]);
   return part;
@@ -86,6 +97,7 @@ void TriangleIndex::meeting(const std::array<PlanPoint, 3>& triangle, std::vecto
       for (std::uint32_t k = start_[cell]; k < start_[cell + 1]; ++k)
         if (box_[triangle_[k]].meets(box)) found.push_back(triangle_[k]);
     }
+  if (c.x0 == c.x1 && c.y0 == c.y1) return;
   std::sort(found.begin(), found.end());
   found.erase(std::unique(found.begin(), found.end()), found.end());
 }
