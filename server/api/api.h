@@ -113,6 +113,8 @@ struct Awaited {
   std::function<bool(const Dataset& dataset, const proto::Manifest* shown)> lacks;
   std::optional<proto::TileAddress> alone{};  ///< the answer is made of this tile and of no other
 };
+/// All of the tiles, in their final form.
+Awaited all_of(std::vector<proto::TileAddress> tiles);
 /// An answer that is still to come: when all is there the API is asked anew, and when the time is over it is not_made_yet().
 /// None: the request is not to wait, has waited, or too many do.
 std::optional<Response> wait_for(Service& service, const Request& request, const Dataset& dataset, const MayWait& wait,
@@ -141,7 +143,8 @@ bool is_to_come(const Dataset& dataset, const proto::Manifest* shown, const prot
 /// The manifest and the faces of a dataset that is ready, or provisional ones; of a mounted folder of finished tiles its files.
 Response published(Service& service, const Request& request, const Dataset& dataset, const Route& route);
 
-/// …/mesh.glb and others: a part of a dataset as one mesh.
+/// …/mesh.glb and others: a part of a dataset as one mesh. While the dataset is built, of a level that its blocks have: those
+/// that the mesh lies in are made next, and waited for.
 Response extracted_mesh(Service& service, const Request& request, const Dataset& dataset, const Route& route);
 
 /// GET /v1/datasets/{id}.pmtiles.

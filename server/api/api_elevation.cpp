@@ -62,14 +62,6 @@ std::vector<proto::TileAddress> look_at_places(JobQueue& queue, const Dataset& d
   return tiles;
 }
 
-Awaited awaited(std::vector<proto::TileAddress> tiles) {
-  const auto lacks = [tiles](const Dataset& dataset, const proto::Manifest* shown) {
-    return std::any_of(tiles.begin(), tiles.end(),
-                       [&](const proto::TileAddress& tile) { return is_to_come(dataset, shown, tile); });
-  };
-  return {std::move(tiles), lacks};
-}
-
 }  // namespace
 
 Response elevation(Service& service, const Request& request, const Dataset& dataset, const Route& route) {
@@ -88,7 +80,7 @@ Response elevation(Service& service, const Request& request, const Dataset& data
     auto to_come = look_at_places(service.queue(), dataset, manifest, query->places,
                                   wait.preferred ? JobQueue::Who::waits : JobQueue::Who::passes);
     const bool waits = wait.preferred && !to_come.empty();
-    if (auto later = waits ? wait_for(service, request, dataset, wait, awaited(std::move(to_come))) : std::nullopt)
+    if (auto later = waits ? wait_for(service, request, dataset, wait, all_of(std::move(to_come))) : std::nullopt)
       return std::move(*later);
   }
   const int level = query->level.value_or(static_cast<int>(manifest.max_level()));

@@ -1,9 +1,13 @@
 // A part of a dataset as one mesh, made while the client waits.
+#include <algorithm>
 #include <atomic>
+#include <optional>
 #include <sstream>
+#include <vector>
 
 #include "pipeline/exports/mesh/mesh_output.h"
 #include "pipeline/store/content_hash.h"
+#include "proto/integers.h"
 #include "server/api/api.h"
 #include "server/http/byte_range.h"
 #include "server/options/mesh_options.h"
@@ -34,6 +38,43 @@ std::string file_name(const Dataset& dataset, const ExtractedMesh& mesh, const s
   return dataset.id + "-" + std::to_string(mesh.level) + "." + ending;  // an id has letters, digits and dashes only
 }
 
+/// Blocks of a dataset that is being built, in which a mesh of one of their levels lies. None: it is of no such level, or lies in
+/// more than one request looks at.
+std::optional<std::vector<proto::TileAddress>> blocks_under(const pipeline::faces::Terrain& shown, const MeshRequest& wanted) {
+  const proto::Manifest& manifest = shown.manifest();
+  const auto level = wanted.tile ? std::optional(wanted.tile->z) : wanted.level;
+  if (!manifest.has_done_blocks() || !level) return std::nullopt;
+  const auto blocks_level = static_cast<int>(manifest.done_blocks().level());
+  if (*level < blocks_level || *level > static_cast<int>(manifest.max_level())) return std::nullopt;
+  if (wanted.tile) return std::vector{wanted.tile->at_level(blocks_level)};
+  const MeshWindow window = window_of(shown, wanted, blocks_level);
+  if ((window.x1 - window.x0 + 1) * (window.y1 - window.y0 + 1) > static_cast<std::int64_t>(kMostLooks)) return std::nullopt;
+  std::vector<proto::TileAddress> blocks;
+  for (std::int32_t y = window.y0; y <= window.y1; ++y) {
+    for (std::int64_t x = window.x0; x <= window.x1; ++x)
+      blocks.push_back({blocks_level, static_cast<std::int32_t>(proto::modulo(x, proto::tiles_across(blocks_level))), y});
+  }
+  return blocks;
+}
+
+/// An answer that comes when the mesh's blocks are done; none: they are, or the dataset needs no wait.
+std::optional<Response> wait_for_blocks(Service& service, const Request& request, const Dataset& dataset, const Route& route,
+                                        const MeshRequest& wanted, Opened& opened) {
+  const proto::Manifest& shown = opened.terrain->manifest();
+  if (!shown.provisional() || !route.version.empty()) return std::nullopt;
+  auto blocks = blocks_under(*opened.terrain, wanted);
+  if (!blocks) {
+    opened = open_published(service, dataset, route);
+    return opened.terrain ? std::nullopt : std::optional(std::move(opened.refusal));
+  }
+  std::erase_if(*blocks, [&](const proto::TileAddress& block) { return !is_to_come(dataset, &shown, block); });
+  if (blocks->empty()) return std::nullopt;
+  service.queue().look(dataset, *blocks, shown, JobQueue::Who::waits);
+  auto later =
+      wait_for(service, request, dataset, may_wait(service.settings().serve.limits, request), all_of(std::move(*blocks)));
+  return later ? std::move(*later) : not_made_yet(dataset);
+}
+
 }  // namespace
 
 Response extracted_mesh(Service& service, const Request& request, const Dataset& dataset, const Route& route) {
@@ -43,8 +84,9 @@ Response extracted_mesh(Service& service, const Request& request, const Dataset&
   if (!wanted) return problem_response(wanted.problem());
   wanted->most_triangles = kMostTrianglesOverHttp;
   if (const auto held = check_frame(kind, wanted->frame); !held) return problem_response(held.problem());
-  const Opened opened = open_published(service, dataset, route);
-  if (!opened.terrain) return opened.refusal;
+  Opened opened = open_readable(service, dataset, route);
+  if (!opened.terrain) return std::move(opened.refusal);
+  if (auto answer = wait_for_blocks(service, request, dataset, route, *wanted, opened)) return std::move(*answer);
   const Turn turn;
   if (!turn.mine()) {
     return problem_response({"service-busy", "too many meshes are being made", "asking again in a few seconds", ""});

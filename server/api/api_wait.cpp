@@ -98,6 +98,14 @@ std::optional<Response> wait_for(Service& service, const Request& request, const
   return response;
 }
 
+Awaited all_of(std::vector<proto::TileAddress> tiles) {
+  const auto lacks = [tiles](const Dataset& dataset, const proto::Manifest* shown) {
+    return std::any_of(tiles.begin(), tiles.end(),
+                       [&](const proto::TileAddress& tile) { return is_to_come(dataset, shown, tile); });
+  };
+  return {std::move(tiles), lacks};
+}
+
 Response not_made_yet(const Dataset& dataset) {
   return problem_response({"tile-not-ready",
                            "dataset " + dataset.id + " is being built, and has not come to this yet: it is made next",

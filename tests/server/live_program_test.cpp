@@ -350,6 +350,28 @@ TEST_F(LazyWait, HeightsWaitForTheirBlocks) {
   EXPECT_EQ(line(id), line(full)) << server_.log();
 }
 
+TEST_F(LazyWait, MeshesHaveTheirBlocksMade) {
+  const std::string full = posted("&error=8&max_level=" + std::to_string(kFinest));
+  ASSERT_TRUE(is_ready(full)) << server_.log();
+  const std::string id = paused(), finest_level = std::to_string(kFinest);
+  for (const std::string& part :
+       {"level=" + finest_level + "&bbox=10.04,46.04,10.09,46.08", std::string("level=") + finest_level}) {
+    const std::string made = whole(id, "/mesh.ply?" + part), wanted = whole(full, "/mesh.ply?" + part);
+    EXPECT_THAT(made, HasSubstr("200 OK")) << part << server_.log();
+    EXPECT_EQ(hash_of(made), hash_of(wanted)) << part;
+    EXPECT_THAT(made, Not(HasSubstr("Provisional: true"))) << part;
+  }
+}
+
+TEST_F(LazyWait, MeshesOfLevelsAboveBlocksNeedAllOfThem) {
+  const std::string id = paused();
+  const int above = get(id, "/manifest.json")["done_blocks"]["level"].get<int>() - 1;
+  for (const std::string& part :
+       {std::string(), "?level=" + std::to_string(above), std::string("?bbox=10.04,46.04,10.09,46.08")}) {
+    EXPECT_EQ(get(id, "/mesh.glb" + part)["type"], "urn:cordillera:problem:dataset-not-ready") << part;
+  }
+}
+
 TEST_F(LazyWait, TheOperatorsLimitEndsTheWait) {
   restart_with_limit("1");
   EXPECT_EQ(curl(server_.base() + "/v1/limits")["limits"]["max_wait"]["value"], 1);
