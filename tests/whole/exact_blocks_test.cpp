@@ -7,6 +7,7 @@
 
 #include "pipeline/build/build.h"
 #include "pipeline/plan/block_grid.h"
+#include "tests/whole/bytes.h"
 #include "tests/whole/judge.h"
 
 namespace cordillera::whole {
@@ -45,6 +46,39 @@ TEST(ExactBlocks, levels_above_are_made_at_once) {
   EXPECT_TRUE(pipeline::merged_at_once(built.plan));
   EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty());
   expect_promise_above_blocks(built);
+}
+
+// What blocks leave is kept in memory where there is room for it, and read from the store where there is none, or where another
+// process made the block.
+TEST(ExactBlocks, leave_the_same_kept_and_read_again) {
+  Folder folder;
+  const HeightOf ground = rough(7);
+  write(points_of(kCorner, 2100, 1100, [=](int c, int r) { return std::hypot(c - 600, r - 500) < 60 ? kNoData : ground(c, r); }),
+        folder.path("dem.tif"));
+  pipeline::BuildRequest request;
+  request.raster_path = folder.path("dem.tif");
+  request.raster_name = "dem.tif";
+  request.id = "test";
+  request.block_samples = kSmallBlock;
+  const auto bytes = [&](const std::string& name, unsigned memory_mib, unsigned stopped_after) {
+    request.options = exact(12);
+    request.options.set_threads(2);
+    request.options.set_memory(memory_mib);
+    request.store_path = folder.path(name);
+    std::atomic<bool> stop{false};
+    if (stopped_after > 0) {
+      const auto watch = [&](const proto::Progress& progress) { stop = stop || progress.blocks() >= stopped_after; };
+      EXPECT_FALSE(pipeline::build(request, watch, stop).ok());
+      stop = false;
+    }
+    const auto built = pipeline::build(request, nullptr, stop);
+    EXPECT_TRUE(built.ok()) << built.problem().line();
+    return published(request.store_path);
+  };
+  const Bytes kept = bytes("kept", 0, 0);
+  EXPECT_GT(kept.size(), 20u);
+  EXPECT_EQ(kept, bytes("read", 1, 0));
+  EXPECT_EQ(kept, bytes("both", 0, 2));
 }
 
 // A hundredth of a metre is hardly more than what a float32 tells of a place: above blocks most of the target is set aside for
