@@ -52,4 +52,6 @@ unsigned usable_cores() {
   return quota ? std::min(cores, quota) : cores;
 }
 
+unsigned threads_for(unsigned asked) { return asked > 0 ? asked : usable_cores(); }
+
 }  // namespace cordillera::proto

@@ -9,6 +9,8 @@ namespace cordillera::proto {
 /// the first call. std::thread::hardware_concurrency() counts all cores of the machine with some C libraries, Debian 12's among
 /// them.
 unsigned usable_cores();
+/// As many threads as were asked for; 0: one for each usable core.
+unsigned threads_for(unsigned asked);
 
 /// The quota of a control group and of those above it, in cores rounded up; 0: there is none. groups: where the groups are
 /// mounted (/sys/fs/cgroup); list: the file that says which one is meant (/proc/self/cgroup).

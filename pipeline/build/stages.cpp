@@ -211,7 +211,7 @@ std::future<void> wake_device(const proto::BuildOptions& options, const proto::S
   if (asked == "cpu" || (is_any && !gpu::has_cuda_driver())) return {};
   // A build of the whole raster has a sample for each pixel, or more.
   const bool is_whole = options.bbox_size() == 0 && !options.has_max_level();
-  const unsigned threads = options.threads() > 0 ? options.threads() : proto::usable_cores();
+  const unsigned threads = proto::threads_for(options.threads());
   const bool is_large = 1.0 * source.columns() * source.rows() >= kSamplesOfThread * threads;
   if (is_any && !(is_whole && is_large)) return {};
   return std::async(std::launch::async | std::launch::deferred,

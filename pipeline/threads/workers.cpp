@@ -18,7 +18,7 @@ struct Workers::Loop {
 };
 
 Workers::Workers(unsigned threads) {
-  const unsigned count = threads ? threads : proto::usable_cores();
+  const unsigned count = proto::threads_for(threads);
   try {
     for (unsigned worker = 0; worker < count; ++worker) threads_.emplace_back([this, worker] { run(worker); });
   } catch (...) {  // the system has no thread more

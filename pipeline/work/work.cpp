@@ -22,7 +22,7 @@ using proto::Problem;
 unsigned threads_of(const WorkOrder& order, std::size_t device) {
   const auto workers = static_cast<unsigned>(order.devices.size());
   if (workers == 1) return order.threads;
-  const unsigned all = order.threads > 0 ? order.threads : proto::usable_cores();
+  const unsigned all = proto::threads_for(order.threads);
   return std::max(all / workers + (device < all % workers ? 1 : 0), 1u);
 }
 

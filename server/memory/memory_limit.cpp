@@ -1,5 +1,4 @@
 #include "server/memory/memory_limit.h"
-#include "proto/cores.h"
 
 #include <signal.h>
 #include <sys/mman.h>
@@ -12,14 +11,12 @@
 #include <fstream>
 #include <new>
 
+#include "proto/cores.h"
+
 namespace cordillera::server {
 namespace {
 
 constexpr std::uint32_t kDefault_mib = 4096;
-
-std::uint32_t threads_of(const proto::BuildOptions& options) {
-  return options.threads() == 0 ? proto::usable_cores() : options.threads();
-}
 
 /// Private memory of this process so far, as RLIMIT_DATA counts it.
 rlim_t data_bytes() {
@@ -64,12 +61,12 @@ bool may_use_cuda(const proto::BuildOptions& options) {
 }
 
 std::uint32_t default_memory_mib(const proto::BuildOptions& options) {
-  return std::max(kDefault_mib, kMemoryPerThread_mib * threads_of(options));
+  return std::max(kDefault_mib, kMemoryPerThread_mib * proto::threads_for(options.threads()));
 }
 
 void limit_memory(proto::BuildOptions& options) {
   if (options.memory() == 0) return;
-  options.set_threads(std::min(threads_of(options), std::max(1u, options.memory() / kMemoryPerThread_mib)));
+  options.set_threads(std::min(proto::threads_for(options.threads()), std::max(1u, options.memory() / kMemoryPerThread_mib)));
   if (may_use_cuda(options)) return;
   rlimit limit{};
   getrlimit(RLIMIT_DATA, &limit);

@@ -20,7 +20,7 @@ void wait_while(const std::atomic<unsigned>& value, unsigned old) {
 }  // namespace
 
 Crew::Crew(unsigned threads) {
-  const unsigned wanted = threads > 0 ? threads : proto::usable_cores();
+  const unsigned wanted = proto::threads_for(threads);
   for (unsigned k = 1; k < wanted; ++k) others_.emplace_back([this] { serve(); });
 }
 

@@ -56,7 +56,7 @@ bool restrict_process(const proto::Job& job, const std::filesystem::path& folder
   limit(RLIMIT_FSIZE, 1024 * 1024 * kMiB);
   if (options.memory() == 0) options.set_memory(default_memory_mib(options));
   limit_memory(options);
-  const rlim_t threads = options.threads() == 0 ? proto::usable_cores() : options.threads();
+  const rlim_t threads = proto::threads_for(options.threads());
   limit(RLIMIT_NOFILE, kMostFiles + kFilesOfThread * threads);
   if (job.max_seconds() > 0) limit(RLIMIT_CPU, rlim_t{job.max_seconds()} * (threads + kThreadsBeside));
   // If the machine runs out of memory, the kernel should take the build and not the service.
