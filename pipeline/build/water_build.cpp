@@ -33,9 +33,10 @@ proto::Result<std::unique_ptr<raster::Source>> open_mask(const std::string& path
 
 class WaterBuilder {
  public:
-  WaterBuilder(const proto::Plan& plan, Workers& workers, StoreWriter& store,
-               std::vector<std::unique_ptr<raster::Source>> sources)
-      : plan_(plan), workers_(workers), store_(store), sources_(std::move(sources)) {}
+  WaterBuilder(const proto::Plan& plan, Workers& workers, StoreWriter& store) : plan_(plan), workers_(workers), store_(store) {}
+
+  /// Before the first block.
+  proto::Result<void> open(const WorkerSources::Open& source) { return sources_.open(workers_.threads(), source); }
 
   /// A block's tiles of all its levels; what is left for the levels above is its own mask.
   proto::Result<void> block(const TileAddress& node) {
@@ -108,7 +109,8 @@ class WaterBuilder {
     std::mutex mutex;
     std::optional<Problem> problem;
     workers_.each(tiles.size(), [&](std::size_t k, unsigned worker) {
-      auto pixels = pixels_of(tiles[k], *sources_[worker]);
+      const auto source = sources_.of(worker);
+      auto pixels = source.ok() ? pixels_of(tiles[k], **source) : source.problem();
       if (pixels.ok()) {
         found[k] = std::move(*pixels);
         return;
@@ -149,8 +151,8 @@ class WaterBuilder {
   const proto::Plan& plan_;
   Workers& workers_;
   StoreWriter& store_;
-  std::vector<std::unique_ptr<raster::Source>> sources_;  // one a worker
-  std::map<TileAddress, std::string> tops_;               // packed masks of the finished nodes of one level
+  WorkerSources sources_;
+  std::map<TileAddress, std::string> tops_;  // packed masks of the finished nodes of one level
 };
 
 }  // namespace
@@ -174,16 +176,12 @@ std::string note_on_mask(const proto::BuildOptions& options, const proto::Source
          " lies elsewhere: nothing is water";
 }
 
-proto::Result<void> build_water(const proto::Plan& plan, Workers& workers, const OpenSource& open, StoreWriter& store,
+proto::Result<void> build_water(const proto::Plan& plan, Workers& workers, const WorkerSources::Open& open, StoreWriter& store,
                                 const std::atomic<bool>& stop) {
   if (!has_water(plan.options())) return {};
-  std::vector<std::unique_ptr<raster::Source>> sources;
-  for (unsigned k = 0; k < workers.threads(); ++k) {
-    auto source = plan.options().has_water() ? open() : open_mask(plan.options().water_mask());
-    if (!source.ok()) return source.problem();
-    sources.push_back(std::move(*source));
-  }
-  WaterBuilder builder(plan, workers, store, std::move(sources));
+  WaterBuilder builder(plan, workers, store);
+  const auto mask = [&] { return open_mask(plan.options().water_mask()); };
+  if (const auto opened = builder.open(plan.options().has_water() ? open : mask); !opened.ok()) return opened;
   for (const TileAddress& node : touched_tiles(plan, static_cast<int>(plan.block_level()))) {
     if (stop) return kCancelled;
     if (auto done = builder.block(node); !done.ok()) return done.problem();

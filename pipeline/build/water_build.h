@@ -2,22 +2,18 @@
 // Water masks of a dataset, finest level first, made once its tiles are there: a pass of its own, so that tiles cost and are what
 // they are without it.
 #include <atomic>
-#include <functional>
-#include <memory>
 #include <string>
 
+#include "pipeline/build/worker_sources.h"
 #include "pipeline/store/store.h"
 #include "pipeline/threads/workers.h"
 #include "raster/source.h"
 
 namespace cordillera::pipeline {
 
-/// Opens one more handle on the elevation model.
-using OpenSource = std::function<proto::Result<std::unique_ptr<raster::Source>>()>;
-
 /// Nothing without water= or water-mask=. With water= the pixels of exactly that height are water, with water-mask= those that
-/// are not zero there; what neither raster covers is land. Problems of the mask name the option.
-proto::Result<void> build_water(const proto::Plan& plan, Workers& workers, const OpenSource& open, StoreWriter& store,
+/// are not zero there; what neither raster covers is land. open: of the elevation model. Problems of the mask name the option.
+proto::Result<void> build_water(const proto::Plan& plan, Workers& workers, const WorkerSources::Open& open, StoreWriter& store,
                                 const std::atomic<bool>& stop);
 
 /// The mask opens and lies somewhere: asked before hours of building. Nothing without water-mask=.
