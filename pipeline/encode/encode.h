@@ -57,7 +57,7 @@ struct EncodeInput {
   std::string attribution;
 };
 
-/// published: of the input's mesh, here and below; made for the call where it is not given.
+/// published: of the input's mesh, here and below.
 ///
 /// Draco mesh, lossless: POSITION is int32 (u, v, h): tile-local units from the south-west and steps of the level's height step.
 /// Metadata: z, x, y, side (units a tile side), height_step. The formula:
@@ -70,14 +70,11 @@ std::string encode_drc(const EncodeInput& input, const PublishedMesh& published)
 std::string encode_glb(const EncodeInput& input, const PublishedMesh& published);
 // Both give an empty string when the tile has no published triangle. The second throws std::invalid_argument when the points with
 // the finest step span more than 2^23 of it, or others twice as many of theirs.
-std::string encode_drc(const EncodeInput& input);
-std::string encode_glb(const EncodeInput& input);
 
 /// For TileRecord::region: west, south, east, north (radians), lowest, highest (metres). Contains every decoded .glb point,
 /// skirts too, and all triangles between them: chords sag and bulge poleward. Longitudes are clamped to [-pi, pi]. Not for empty
 /// tiles.
 std::array<double, 6> tile_region(const EncodeInput& input, const PublishedMesh& published);
-std::array<double, 6> tile_region(const EncodeInput& input);
 
 /// Goes into the manifest as drc_formula.
 inline constexpr const char* kDrcFormula =

@@ -4,8 +4,6 @@
 
 namespace cordillera::pipeline {
 
-std::string encode_drc(const EncodeInput& input) { return encode_drc(input, published_mesh(*input.mesh)); }
-
 std::string encode_drc(const EncodeInput& input, const PublishedMesh& published) {
   const proto::TileMesh& mesh = *input.mesh;
   if (published.empty()) return {};

@@ -131,8 +131,6 @@ std::string document_json(Document& doc, const EncodeInput& input, Vec3 t) {
 
 }  // namespace
 
-std::string encode_glb(const EncodeInput& input) { return encode_glb(input, published_mesh(*input.mesh)); }
-
 std::string encode_glb(const EncodeInput& input, const PublishedMesh& published) {
   const LitMesh mesh = lit_mesh(input, published);
   if (mesh.terrain.triangles.empty()) return {};

@@ -166,8 +166,6 @@ std::array<double, 6> region_of(const LitMesh& mesh, const proto::TileAddress& t
           up(e.high, kHeightStep_m)};
 }
 
-std::array<double, 6> tile_region(const EncodeInput& input) { return tile_region(input, published_mesh(*input.mesh)); }
-
 std::array<double, 6> tile_region(const EncodeInput& input, const PublishedMesh& published) {
   EncodeInput unlit = input;
   unlit.shading = {Normals::none};

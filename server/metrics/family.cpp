@@ -59,13 +59,6 @@ Numbers::Value& Numbers::at(Labels labels) {
   return values_[std::move(its)];
 }
 
-double Numbers::value(Labels labels) const {
-  const std::string its = key(labels);
-  const std::lock_guard lock(mutex_);
-  const auto found = values_.find(its);
-  return found == values_.end() ? 0 : found->second.load();
-}
-
 void Numbers::write_samples(std::string& out) const {
   for (const auto& [labels, value] : values_) write_sample(out, "", labels, value);
 }

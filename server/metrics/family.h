@@ -63,7 +63,6 @@ class Numbers : public Family {
   Value& at(Labels labels);
   void add(double by, Labels labels = {}) { at(labels) += by; }
   void set(double value, Labels labels = {}) { at(labels) = value; }
-  double value(Labels labels = {}) const;
 
  private:
   void write_samples(std::string& out) const override;

@@ -2,16 +2,28 @@
 // Tiles to encode before there is a simplifier to make them: regular meshes of a height function on the lattice, voids where it
 // says so.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "gpu/simplify.h"
 #include "pipeline/encode/draco_mesh.h"
 #include "pipeline/encode/encode.h"
+#include "pipeline/encode/published_mesh.h"
 #include "proto/ellipsoid.h"
+
+namespace cordillera::pipeline {
+
+// What builds give to all three is made for each here.
+inline std::string encode_drc(const EncodeInput& input) { return encode_drc(input, published_mesh(*input.mesh)); }
+inline std::string encode_glb(const EncodeInput& input) { return encode_glb(input, published_mesh(*input.mesh)); }
+inline std::array<double, 6> tile_region(const EncodeInput& input) { return tile_region(input, published_mesh(*input.mesh)); }
+
+}  // namespace cordillera::pipeline
 
 namespace cordillera::pipeline::testing {
 

@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
 """rooms.py on made trees: a circle of rooms and an old picture must be found."""
-import os
 import tempfile
 import unittest
 
