@@ -1,7 +1,5 @@
 #pragma once
 // All tiles of a batch as one mesh in the memory of a device. Only the input goes there and only the survivors come back.
-#include <algorithm>
-#include <bit>
 #include <span>
 #include <stdexcept>
 #include <vector>

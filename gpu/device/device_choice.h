@@ -1,6 +1,5 @@
 #pragma once
 // From the name of a device to what works on it.
-#include <memory>
 #include <string>
 
 #include "proto/numbers.h"

@@ -1,7 +1,6 @@
 #pragma once
 // The true error of a tile: what a client sees against every finest sample the tile covers.
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "gpu/measure/ecef_steps.h"

@@ -9,7 +9,6 @@
 //   along the parallel   tan(du) <= (dr dlon / 4 + r dlon^3 / 24) / (r_min (1 - dlon^2 / 8)),   r: distance from the axis
 //   along the meridian   (M + h) dv <= M' dlat^2 / 8 + M dlat^3 / 24 + dh dlat / 4 + r dlon^2 / 8 |sin lat|
 // where the last term is the parallel's bulge: the mean of the corners comes nearer to the axis by no more than r dlon^2 / 8.
-#include <cstdint>
 
 #include "proto/ellipsoid.h"
 #include "proto/host_device.h"

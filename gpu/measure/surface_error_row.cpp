@@ -1,7 +1,6 @@
 #include "gpu/measure/surface_error_row.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 
 #include "proto/mesh.h"

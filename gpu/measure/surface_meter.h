@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <memory>
 #include <utility>
-#include <vector>
 
 #include "gpu/measure/sample_frames.h"
 #include "gpu/measure/surface_error.h"

@@ -6,7 +6,6 @@
 
 #include "gpu/measure/ecef_steps.h"
 #include "gpu/refine/refine.h"
-#include "proto/ellipsoid.h"
 
 namespace cordillera::gpu {
 

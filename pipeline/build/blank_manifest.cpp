@@ -7,7 +7,6 @@
 #include "pipeline/plan/plan.h"
 #include "proto/ellipsoid.h"
 #include "proto/lattice.h"
-#include "proto/mesh.h"
 #include "proto/utf8.h"
 #include "raster/pixels/decimation.h"
 #include "raster/sample/back_projection.h"

@@ -1,8 +1,6 @@
 #pragma once
 // What a client sees: tiles read back with Draco's own decoder. For tests, for the quickstart's check and for re-measuring
 // errors.
-#include <array>
-#include <cstdint>
 #include <string_view>
 #include <vector>
 

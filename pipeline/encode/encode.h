@@ -11,7 +11,6 @@
 #include "proto/ellipsoid.h"
 #include "proto/lattice.h"
 #include "proto/mesh.h"
-#include "proto/result.h"
 
 namespace cordillera::pipeline {
 

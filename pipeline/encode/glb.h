@@ -6,7 +6,6 @@
 #include <string>
 #include <string_view>
 #include <utility>
-#include <vector>
 
 #include "pipeline/encode/json.h"
 #include "proto/ellipsoid.h"

@@ -1,6 +1,5 @@
 #pragma once
 // A tile's decoded mesh that can be asked which triangle is over a place.
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>

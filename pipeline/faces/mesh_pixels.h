@@ -1,6 +1,5 @@
 #pragma once
 // A tile's mesh under a grid of pixels: each triangle is walked once, and its plane asked at the centres that it covers.
-#include <cstdint>
 #include <span>
 #include <vector>
 

@@ -1,7 +1,6 @@
 #pragma once
 // What blocks leave for the levels above them, in files beside a store that is being written: megabytes a block that are gone
 // when it is published. In the store itself each would be written twice, and its pages would have to be given back at the end.
-#include <cstdint>
 #include <optional>
 #include <string>
 

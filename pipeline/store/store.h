@@ -2,7 +2,6 @@
 // One SQLite file a dataset: tiles by address, bytes by content hash (equal tiles are stored once), a block a transaction.
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>

@@ -1,7 +1,6 @@
 #pragma once
 // Stores that are built on: a published one that kept the meshes of its tasks is copied, loses what has changed, and is finished
 // anew.
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>

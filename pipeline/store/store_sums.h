@@ -1,7 +1,6 @@
 #pragma once
 // Whether rows of a store are as they were written: row_sum in their column `sum` (store_schema.h), and the content hash beside
 // bytes.
-#include <string>
 #include <string_view>
 
 #include "pipeline/store/sqlite.h"

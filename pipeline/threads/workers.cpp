@@ -1,7 +1,6 @@
 #include "pipeline/threads/workers.h"
 #include "proto/cores.h"
 
-#include <algorithm>
 #include <exception>
 
 namespace cordillera::pipeline {

@@ -7,7 +7,6 @@
 // An edge at level z is a straight run of tile_units(z) + 1 lattice vertices, counted from its western or southern end. Its chain
 // at the finest level is chosen among all samples, at every other level among the survivors of its two child edges (chains are
 // nested).
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>

@@ -1,10 +1,8 @@
 #include "pipeline/tile/moved.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "gpu/measure/surface_error_window.h"
-#include "gpu/refine/refine.h"
 #include "pipeline/bound/overlay.h"
 
 namespace cordillera::pipeline {

@@ -2,7 +2,6 @@
 // Where simplification could not do what was asked: vertices of its input that it must keep the next time.
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 #include "proto/mesh.h"
 

@@ -7,8 +7,6 @@
 // So it is with waves and other strategies that simplify tile by tile, and in merges above. The default, exact, simplifies a
 // block at once (build/exact/exact_block.h) and shares the structs, the measuring and what puts vertices back (tile_error.h).
 #include <array>
-#include <cmath>
-#include <functional>
 #include <optional>
 #include <vector>
 

@@ -1,7 +1,5 @@
 #include "pipeline/tile/to_void.h"
 
-#include <algorithm>
-
 #include "proto/integers.h"
 
 namespace cordillera::pipeline {

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "pipeline/tile/chain.h"
-#include "proto/lattice.h"
 #include "proto/mesh.h"
 
 namespace cordillera::pipeline {

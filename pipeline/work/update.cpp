@@ -6,7 +6,6 @@
 #include "pipeline/build/teller.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/work/publish.h"
-#include "pipeline/work/work.h"
 #include "pipeline/work/work_plan.h"
 #include "proto/version.h"
 

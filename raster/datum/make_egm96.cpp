@@ -4,7 +4,6 @@
 //   make_egm96 OUTPUT
 #include <gdal_priv.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>

@@ -14,7 +14,6 @@
 #include "raster/mosaic/mosaic_description.h"
 #include "raster/mosaic/same_grid.h"
 #include "raster/open/raster_state.h"
-#include "raster/storage/storage.h"
 
 namespace cordillera::raster {
 namespace {

@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "proto/mesh.h"
 #include "raster/pixels/short_number.h"
 
 namespace cordillera::raster {

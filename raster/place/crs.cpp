@@ -3,7 +3,6 @@
 #include <cpl_minixml.h>
 #include <cpl_string.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <optional>
 

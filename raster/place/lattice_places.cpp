@@ -1,7 +1,6 @@
 #include "raster/place/lattice_places.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "proto/integers.h"
 

@@ -1,6 +1,5 @@
 #include "raster/sample/plate_lines.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace cordillera::raster {

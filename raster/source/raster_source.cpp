@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 
 #include "raster/gdal/gdal_scope.h"
 #include "raster/pixels/decimation.h"

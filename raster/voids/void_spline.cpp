@@ -1,7 +1,6 @@
 #include "raster/voids/void_spline.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <initializer_list>
 #include <utility>

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "server/api/requests/routes.h"
-#include "server/http/json.h"
 #include "server/http/message.h"
 #include "server/service/service.h"
 #include "server/uploads/tus.h"

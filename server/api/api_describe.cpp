@@ -1,6 +1,5 @@
 // PATCH /v1/datasets/{id}: what of a dataset may change without a build: its title, its attribution, its imagery, and who may
 // read it. And build=full, after which what a lazy build has not made is made.
-#include <algorithm>
 #include <mutex>
 
 #include "server/api/api.h"
@@ -8,7 +7,6 @@
 #include "server/api/requests/typed_by_hand.h"
 #include "server/datasets/dataset_folder.h"
 #include "server/log/log.h"
-#include "server/options/option_values.h"
 
 namespace cordillera::server {
 namespace {

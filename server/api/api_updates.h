@@ -4,7 +4,6 @@
 #include "server/api/requests/routes.h"
 #include "server/datasets/more_rasters.h"
 #include "server/datasets/registry.h"
-#include "server/http/json.h"
 #include "server/http/message.h"
 
 namespace cordillera::server::updates {

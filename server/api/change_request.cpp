@@ -7,7 +7,6 @@
 #include "server/http/digest.h"
 #include "server/http/json.h"
 #include "server/log/log.h"
-#include "server/options/option_values.h"
 #include "server/options/request_policy.h"
 
 namespace cordillera::server::updates {

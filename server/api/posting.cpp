@@ -1,13 +1,10 @@
 #include "server/api/posting.h"
 
-#include <algorithm>
-
 #include "server/api/api_updates.h"
 #include "server/api/public_address.h"
 #include "server/api/requests/typed_by_hand.h"
 #include "server/http/digest.h"
 #include "server/http/json.h"
-#include "server/options/option_values.h"
 #include "server/options/request_policy.h"
 
 namespace cordillera::server {

@@ -2,7 +2,6 @@
 // What a POST of a raster asks for: its options and the way its raster comes, checked before a byte of the body is read.
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include "server/api/requests/delivery.h"
 

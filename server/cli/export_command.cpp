@@ -14,7 +14,6 @@
 #include "raster/gdal/formats.h"
 #include "server/cli/export_command.h"
 #include "server/cli/path_kind.h"
-#include "server/jobs/child.h"
 #include "server/options/mesh_options.h"
 #include "server/sandbox/asked_to_stop.h"
 

@@ -21,7 +21,6 @@
 #include "server/cli/export_command.h"
 #include "server/cli/path_kind.h"
 #include "server/http/json.h"
-#include "server/jobs/child.h"
 #include "server/options/option_values.h"
 #include "server/sandbox/asked_to_stop.h"
 

@@ -2,7 +2,6 @@
 // What a client that was killed leaves to the next one: where its upload is. A small file in the user's state folder, for one
 // raster and one service; whoever has it open has it alone.
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "proto/result.h"

@@ -1,6 +1,5 @@
 #pragma once
 // What may be done with a data folder besides serving it: clean it up, copy it while a server uses it.
-#include <string>
 
 #include "proto/result.h"
 #include "server/data/layout.h"

@@ -9,7 +9,6 @@
 #include "gpu/simplify.h"
 #include "pipeline/encode/decode.h"
 #include "pipeline/store/store.h"
-#include "proto/lattice.h"
 #include "server/doctor/doctor.h"
 #include "server/http/digest.h"
 #include "server/http/json.h"

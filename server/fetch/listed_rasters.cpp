@@ -1,7 +1,6 @@
 #include "server/fetch/listed_rasters.h"
 
 #include "proto/utf8.h"
-#include "raster/disk/write_all.h"
 #include "server/datasets/dataset_folder.h"
 #include "server/datasets/upload.h"
 #include "server/fetch/addresses.h"

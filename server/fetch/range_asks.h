@@ -4,7 +4,6 @@
 #include <atomic>
 #include <optional>
 #include <span>
-#include <string>
 #include <thread>
 
 #include "proto/result.h"

@@ -1,8 +1,6 @@
 #pragma once
 // Ranges of bytes (RFC 9110, 14): which part of an answer a client asks for, and the answer cut to it.
 #include <cstdint>
-#include <optional>
-#include <string_view>
 
 #include "server/http/message.h"
 

@@ -1,6 +1,4 @@
 // The queue's part for datasets whose rasters are fetched from an address, and fetched again when something else stands there.
-#include <algorithm>
-#include <fstream>
 
 #include "pipeline/store/mesh_files.h"
 #include "raster/disk/write_all.h"

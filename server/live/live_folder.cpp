@@ -11,7 +11,6 @@
 #include <utility>
 #include <vector>
 
-#include "proto/paths.h"
 #include "proto/utf8.h"
 #include "raster/gdal/formats.h"
 #include "raster/storage/storage.h"

@@ -1,7 +1,6 @@
 #pragma once
 // A folder whose rasters are datasets without a POST: found, changed and gone while the service runs.
 #include <condition_variable>
-#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <mutex>

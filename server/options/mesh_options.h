@@ -1,6 +1,5 @@
 #pragma once
 // What may be asked of a mesh that is extracted from a dataset: query parameters of mesh.glb and options of `cordillera export`.
-#include <string>
 #include <vector>
 
 #include "pipeline/exports/mesh/mesh_request.h"

@@ -2,8 +2,6 @@
 // The tables of what a build, a POST and a service take.
 #include <algorithm>
 #include <string>
-#include <string_view>
-#include <utility>
 #include <vector>
 
 #include "cordillera.pb.h"

@@ -2,7 +2,6 @@
 // Tables of options and the one that reads them. Query strings, bodies, the command line, the config file and environment
 // variables are all read so, and a name, a range or a sentence of help cannot differ between them. The tables: options.h of a
 // build and a service, and beside what they belong to those of a mesh, a list, a change, the published algorithm.
-#include <algorithm>
 #include <functional>
 #include <optional>
 #include <string>

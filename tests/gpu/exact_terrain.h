@@ -1,7 +1,6 @@
 #pragma once
 // Terrains for tests of gpu/exact: those of the benches, and some that are made to hurt.
 #include <string>
-#include <vector>
 
 #include "gpu/exact/simplify_block.h"
 #include "tests/bench/pyramid/terrain.h"

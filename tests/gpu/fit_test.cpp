@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <map>
-#include <set>
 
 #include "gpu/fit/simplify_height_grid.h"
 #include "gpu/fit/vertical_error.h"

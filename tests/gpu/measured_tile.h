@@ -2,7 +2,6 @@
 // A tile of samples made by a formula, measured: for what changes a mesh within an error.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "gpu/measure/sample_meter.h"

@@ -4,7 +4,6 @@
 #include <zlib.h>
 
 #include <cstring>
-#include <map>
 #include <optional>
 #include <stdexcept>
 #include <string>

@@ -17,9 +17,7 @@
 #include "pipeline/exports/pmtiles_directory.h"
 #include "pipeline/exports/tile_places.h"
 #include "pipeline/exports/unpack_tiles.h"
-#include "pipeline/exports/zip_writer.h"
 #include "pipeline/store/content_hash.h"
-#include "pipeline/tileset/manifest_json.h"
 #include "tests/pipeline/archive_readers.h"
 #include "tests/pipeline/archived_dataset.h"
 

@@ -1,10 +1,7 @@
 // Orthophotos on 3D Tiles, as a client of glTF reads them.
 #include "pipeline/faces/tiles_3d/photo_texture.h"
 
-#include <set>
-
 #include "pipeline/encode/region.h"
-#include "pipeline/faces/tiles_3d/glb_tile.h"
 #include "raster/photo/orthophoto.h"
 #include "tests/pipeline/gltf_tiles.h"
 

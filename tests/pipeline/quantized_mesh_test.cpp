@@ -7,7 +7,6 @@
 #include <set>
 
 #include "pipeline/encode/json.h"
-#include "pipeline/faces/quantized_mesh/layer_json.h"
 #include "tests/pipeline/quantized_mesh_dataset.h"
 #include "tests/pipeline/quantized_mesh_decoder.h"
 

@@ -12,7 +12,6 @@
 
 #include "pipeline/encode/json.h"
 #include "pipeline/faces/face.h"
-#include "pipeline/faces/web_mercator.h"
 #include "proto/lattice.h"
 
 namespace cordillera::pipeline::faces {

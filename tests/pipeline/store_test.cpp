@@ -6,7 +6,6 @@
 #include <random>
 #include <thread>
 
-#include "pipeline/encode/decode.h"
 #include "pipeline/encode/json.h"
 #include "pipeline/store/mesh_files.h"
 #include "pipeline/store/sqlite.h"

@@ -3,7 +3,6 @@
 #include <png.h>
 #include <webp/decode.h>
 
-#include <atomic>
 #include <cmath>
 #include <numbers>
 #include <set>

@@ -2,7 +2,6 @@
 #include <ogr_srs_api.h>
 
 #include <algorithm>
-#include <cmath>
 #include <ctime>
 #include <filesystem>
 #include <fstream>

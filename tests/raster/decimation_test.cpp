@@ -3,8 +3,6 @@
 
 #include <gmock/gmock.h>
 
-#include <cmath>
-
 #include "fixture.h"
 #include "raster/voids/filled_source.h"
 

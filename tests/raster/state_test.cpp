@@ -1,6 +1,5 @@
 // Whether a raster is what it was.
 #include <chrono>
-#include <fstream>
 
 #include "raster/open/raster_state.h"
 #include "raster/storage/storage.h"

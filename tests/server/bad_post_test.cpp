@@ -9,7 +9,6 @@
 
 #include <chrono>
 #include <cmath>
-#include <thread>
 
 #include "../raster/fixture.h"
 #include "real_server.h"

@@ -8,7 +8,6 @@
 #include "../raster/fixture.h"
 #include "pipeline/build/build.h"
 #include "pipeline/estimate/estimate.h"
-#include "pipeline/plan/plan.h"
 #include "tests/sanitized.h"
 
 namespace cordillera::server {

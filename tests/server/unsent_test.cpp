@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include <fstream>
-#include <thread>
 
 #include "front_fixture.h"
 #include "pipeline/store/content_hash.h"

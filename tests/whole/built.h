@@ -1,7 +1,6 @@
 #pragma once
 // The whole way, run once: raster file -> published store -> every tile as a client decodes it, beside the samples it stands for.
 #include <map>
-#include <memory>
 #include <optional>
 #include <string>
 

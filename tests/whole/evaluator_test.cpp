@@ -8,7 +8,6 @@
 #include <random>
 
 #include "gpu/measure/surface_error.h"
-#include "gpu/simplify.h"
 
 namespace cordillera::whole {
 namespace {

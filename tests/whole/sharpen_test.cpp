@@ -18,7 +18,6 @@
 #include "pipeline/plan/block_grid.h"
 #include "pipeline/plan/plan.h"
 #include "tests/whole/built.h"
-#include "tests/whole/bytes.h"
 
 namespace cordillera::whole {
 namespace {

@@ -12,7 +12,6 @@
 #include "pipeline/work/work.h"
 #include "pipeline/work/work_plan.h"
 #include "proto/version.h"
-#include "raster/storage/storage.h"
 #include "tests/whole/built.h"
 #include "tests/whole/bytes.h"
 

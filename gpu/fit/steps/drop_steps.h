@@ -2,7 +2,6 @@
 // Vertices dropped onto a neighbour that stays where it is. Nothing moves, so the polygons that dropped vertices leave are filled
 // each on its own: vertices without an edge between them may all go in one wave, and no triangle need be locked.
 #include "gpu/fit/steps/collapse_steps.h"
-#include "gpu/fit/steps/edge_rules.h"
 #include "gpu/fit/steps/lock_steps.h"
 #include "gpu/fit/steps/wave_view.h"
 

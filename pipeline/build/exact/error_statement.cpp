@@ -8,7 +8,6 @@
 #include "gpu/measure/surface_meter.h"
 #include "gpu/measure/upright_flips.h"
 #include "gpu/refine/height_step.h"
-#include "pipeline/plan/ecef_step.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/tile/tile_error.h"
 #include "proto/ellipsoid.h"

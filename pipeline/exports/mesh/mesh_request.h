@@ -6,7 +6,6 @@
 
 #include "pipeline/faces/terrain.h"
 #include "proto/lattice.h"
-#include "proto/result.h"
 #include "raster/place/area.h"
 
 namespace cordillera::pipeline::exports {

@@ -3,7 +3,6 @@
 #include <array>
 #include <optional>
 #include <unordered_map>
-#include <vector>
 
 #include "pipeline/encode/draco_mesh.h"
 #include "pipeline/exports/mesh/mesh_clip.h"

@@ -1,6 +1,5 @@
 #pragma once
 // Where a picture shows water, by the dataset's water masks.
-#include <cstdint>
 #include <vector>
 
 #include "pipeline/faces/face.h"

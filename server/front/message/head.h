@@ -4,7 +4,6 @@
 // behind a proxy, so it is refused.
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <string_view>
 
 #include "proto/result.h"

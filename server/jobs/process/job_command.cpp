@@ -20,7 +20,6 @@
 #include "raster/datum/vertical.h"
 #include "raster/disk/free_space.h"
 #include "raster/disk/write_all.h"
-#include "server/datasets/dataset_folder.h"
 #include "server/datasets/ledger.h"
 #include "server/http/json.h"
 #include "server/jobs/child.h"

@@ -6,11 +6,9 @@
 //   --above N: the coarsest N levels are made above the block, without samples (one block)
 //   --blocks N: N x N copies of the raster in one call, each turned so that no two are alike
 #include <atomic>
-#include <chrono>
 #include <cinttypes>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <fstream>
 #include <string>
 #include <thread>

@@ -20,12 +20,10 @@
 
 #include "pipeline/encode/decode.h"
 #include "pipeline/encode/glb.h"
-#include "pipeline/encode/json.h"
 #include "pipeline/encode/region.h"
 #include "pipeline/faces/pictures/png_image.h"
 #include "pipeline/faces/pictures/webp_image.h"
 #include "pipeline/faces/terrain.h"
-#include "pipeline/faces/tiles_3d/glb_tile.h"
 #include "pipeline/faces/tiles_3d/normal_map.h"
 
 using namespace cordillera;

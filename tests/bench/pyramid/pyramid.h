@@ -1,7 +1,6 @@
 #pragma once
 // A whole pyramid of one kind of terrain through a simplifier, without GDAL, protobuf or Draco: grids, chains, waves, welds.
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include "gpu/measure/batch_meter.h"

@@ -8,7 +8,6 @@
 //   --out FILE         the last result as a mesh file
 // SPEC: words of spec.h, "strategy=cleap window=512 collapses=400000"; or strategy=waves with quality= and triangles=.
 #include <cinttypes>
-#include <cmath>
 #include <ctime>
 #include <fstream>
 #include <optional>

@@ -21,7 +21,6 @@
 #include <unistd.h>
 
 #include <cstdlib>
-#include <cstring>
 #include <iterator>
 
 #include "probe.h"
