@@ -1,110 +1,15 @@
-// The fit of height meshes: laws, counts, bounds, refusals. Errors are judged by gpu/fit/vertical_error, which shares no code
-// with it.
+// The fit of height meshes: laws, counts, bounds.
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <map>
+#include <utility>
+#include <vector>
 
 #include "gpu/fit/simplify_height_grid.h"
-#include "gpu/fit/vertical_error.h"
-#include "tests/bench/pyramid/terrain.h"
+#include "tests/gpu/fit_judge.h"
 
 namespace cordillera::gpu::fit {
 namespace {
-
-template <class Height>
-HeightMesh grid(std::uint32_t columns, std::uint32_t rows, double cell, const Height& height) {
-  HeightMesh mesh;
-  for (std::uint32_t r = 0; r < rows; ++r) {
-    for (std::uint32_t c = 0; c < columns; ++c) {
-      mesh.x.push_back(1000 + c * cell);
-      mesh.y.push_back(-500 + r * cell);
-      mesh.z.push_back(height(c, r));
-    }
-  }
-  for (std::uint32_t r = 0; r + 1 < rows; ++r) {
-    for (std::uint32_t c = 0; c + 1 < columns; ++c) {
-      const std::uint32_t a = r * columns + c, b = a + 1, d = a + columns, e = d + 1;
-      mesh.triangles.push_back({a, b, e});
-      mesh.triangles.push_back({a, e, d});
-    }
-  }
-  return mesh;
-}
-
-HeightMesh terrain(bench::Terrain kind, std::uint32_t side) {
-  constexpr std::uint32_t kOff = 300;  // where the alpine kind is no sea
-  return grid(side, side, 30,
-              [&](std::uint32_t c, std::uint32_t r) { return bench::terrain_height(kind, c + kOff, r + kOff) / 1024.0; });
-}
-
-double area_of(const HeightMesh& mesh, const std::array<std::uint32_t, 3>& t) {
-  return ((mesh.x[t[1]] - mesh.x[t[0]]) * (mesh.y[t[2]] - mesh.y[t[0]]) -
-          (mesh.y[t[1]] - mesh.y[t[0]]) * (mesh.x[t[2]] - mesh.x[t[0]])) /
-         2;
-}
-
-double plan_area(const HeightMesh& mesh) {
-  double area = 0;
-  for (const auto& t : mesh.triangles) area += area_of(mesh, t);
-  return area;
-}
-
-/// The first law that a result breaks: positive triangles that cover what the input covered, a manifold, one fan at every vertex.
-std::string broken_law(const HeightMesh& in, const HeightMesh& out) {
-  std::map<std::array<std::uint32_t, 2>, int> edges;
-  std::vector<int> triangles_at(out.vertices()), edges_at(out.vertices()), borders_at(out.vertices());
-  for (const auto& t : out.triangles) {
-    if (!(area_of(out, t) > 0)) return "a triangle is turned";
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (++edges[{t[k], t[(k + 1) % 3]}] > 1) return "two triangles on one side of an edge";
-      ++triangles_at[t[k]];
-    }
-  }
-  for (const auto& [edge, count] : edges) {
-    const bool border = !edges.contains({edge[1], edge[0]});
-    if (!border && edge[0] > edge[1]) continue;
-    for (const std::uint32_t v : edge) {
-      ++edges_at[v];
-      borders_at[v] += border;
-    }
-  }
-  for (std::size_t v = 0; v < out.vertices(); ++v) {
-    if (borders_at[v] != 0 && borders_at[v] != 2) return "a vertex with two fans";
-    if (edges_at[v] - triangles_at[v] != borders_at[v] / 2) return "a vertex that is no manifold";
-    if (edges_at[v] > 16) return "a vertex with " + std::to_string(edges_at[v]) + " edges";
-  }
-  if (std::abs(std::abs(plan_area(in) / plan_area(out)) - 1) > 1e-7) return "the plan is not covered once";
-  return "";
-}
-
-VerticalError judged(const HeightMesh& in, const HeightMesh& out) {
-  proto::TriangleMesh surface;
-  surface.x = out.x;
-  surface.y = out.y;
-  surface.z = out.z;
-  surface.triangles = out.triangles;
-  return vertical_error(surface, {in.x, in.y, in.z});
-}
-
-/// Simplifies on the CPU, and holds the result and its report against the laws and the judge.
-SimplifiedMesh simplified(const HeightMesh& in, const MeshTarget& target, Quality quality = Quality::default_) {
-  auto result = simplify(in, target, {.quality = quality, .device = "cpu"});
-  EXPECT_TRUE(result.ok()) << result.problem().line();
-  if (!result.ok()) return {};
-  EXPECT_EQ(broken_law(in, result->mesh), "");
-  const MeshReport& report = result->report;
-  EXPECT_EQ(report.vertices, result->mesh.vertices());
-  EXPECT_EQ(report.triangles, result->mesh.triangles.size());
-  EXPECT_EQ(report.device, "cpu");
-  const VerticalError error = judged(in, result->mesh);
-  EXPECT_EQ(error.uncovered, 0u);
-  EXPECT_NEAR(report.rmse_m, error.rmse, 5e-5 + 1e-4 * error.rmse);  // plan positions are rounded, which shows across needles
-  EXPECT_NEAR(report.max_error_m, error.max, 1e-4 + 1e-3 * error.max);
-  return std::move(*result);
-}
-
-const Quality kQualities[] = {Quality::fast, Quality::default_, Quality::best, Quality::minimax};
 
 TEST(Fit, CountsAreExact) {
   const HeightMesh in = terrain(bench::Terrain::alpine, 65);
@@ -291,59 +196,6 @@ TEST(Fit, FastKeepsWhatStandsOutOfAPlain) {
   EXPECT_LT(out.report.max_error_m, 1);
 }
 
-std::string refusal(const HeightMesh& mesh, const MeshTarget& target = MeshTarget::keep(0.5), const std::string& device = "cpu") {
-  const auto result = simplify(mesh, target, {.device = device});
-  return result.ok() ? "" : result.problem().type + ": " + result.problem().detail;
-}
-
-TEST(Fit, WhatIsNoHeightFieldIsRefusedByName) {
-  const HeightMesh good = terrain(bench::Terrain::rolling, 5);
-  HeightMesh bad = good;
-  bad.z[7] = std::nan("");
-  EXPECT_EQ(refusal(bad), "mesh-not-finite: vertex 7 holds NaN or infinity");
-  bad = good;
-  bad.triangles[3][1] = 99;
-  EXPECT_EQ(refusal(bad), "mesh-broken: triangle 3 names vertex 99; there are 25");
-  bad = good;
-  std::swap(bad.triangles[4][0], bad.triangles[4][1]);
-  EXPECT_EQ(refusal(bad), "mesh-not-height-field: triangle 4 turns the other way than triangle 0");
-  bad = good;
-  bad.triangles.push_back(bad.triangles[2]);
-  EXPECT_EQ(refusal(bad), "mesh-not-manifold: triangles 2 and 32 lie on the same side of the edge from vertex 1 to vertex 2");
-  bad = good;
-  bad.x.push_back(0), bad.y.push_back(0), bad.z.push_back(0);
-  EXPECT_EQ(refusal(bad), "mesh-broken: vertex 25 belongs to no triangle");
-  EXPECT_EQ(refusal({}), "mesh-broken: the mesh has no triangles");
-}
-
-TEST(Fit, TwoFansAtAVertexAreRefused) {
-  HeightMesh bow;
-  bow.x = {0, 10, 10, -10, -10};
-  bow.y = {0, -5, 5, 5, -5};
-  bow.z = {0, 0, 0, 0, 0};
-  bow.triangles = {{0, 1, 2}, {0, 3, 4}};
-  EXPECT_EQ(refusal(bow), "mesh-not-manifold: the triangles at vertex 0 form more than one fan");
-}
-
-TEST(Fit, SheetsAboveEachOtherAreRefused) {
-  HeightMesh two = grid(9, 9, 10, [](double, double) { return 0.0; });
-  const HeightMesh above = grid(3, 3, 11, [](double, double) { return 50.0; });
-  const auto first = static_cast<std::uint32_t>(two.vertices());
-  for (std::size_t v = 0; v < above.vertices(); ++v)
-    two.x.push_back(above.x[v] + 23), two.y.push_back(above.y[v] + 23), two.z.push_back(50);
-  for (const auto& t : above.triangles) two.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-  EXPECT_TRUE(refusal(two).starts_with("mesh-not-height-field: the surface lies over itself at vertex ")) << refusal(two);
-}
-
-TEST(Fit, TargetsAndDevicesAreRefusedByName) {
-  const HeightMesh good = terrain(bench::Terrain::rolling, 5);
-  EXPECT_TRUE(refusal(good, MeshTarget::keep(0)).starts_with("bad-target"));
-  EXPECT_TRUE(refusal(good, MeshTarget::keep(1.5)).starts_with("bad-target"));
-  EXPECT_TRUE(refusal(good, MeshTarget::triangles(0)).starts_with("bad-target"));
-  EXPECT_TRUE(refusal(good, MeshTarget::error_m(-1)).starts_with("bad-target"));
-  EXPECT_TRUE(refusal(good, MeshTarget::keep(0.5), "gpu").starts_with("unknown-device"));
-}
-
 TEST(Fit, MoreThanThereIsGivesTheInputBack) {
   const HeightMesh in = terrain(bench::Terrain::rolling, 9);
   const auto out = simplified(in, MeshTarget::triangles(1000), Quality::fast);
@@ -397,21 +249,6 @@ TEST(Fit, GridsAreMeshes) {
     EXPECT_LE(bounded->report.max_error_m, 20);
     expect_same(bounded->mesh, simplify(mesh_of(from), MeshTarget::error_m(20), {Quality::default_, "cpu"})->mesh);
   }
-}
-
-TEST(Fit, GridsAreRefusedByName) {
-  auto simplifier = GridSimplifier::make("cpu");
-  std::vector<float> z(12, 1);
-  const auto refused = [&](const HeightGrid& from) {
-    const auto result = simplifier->simplify(from, MeshTarget::keep(0.5));
-    return result.ok() ? "" : result.problem().type + ": " + result.problem().detail;
-  };
-  EXPECT_EQ(refused({z.data(), false, 4, 3}), "");
-  EXPECT_EQ(refused({z.data(), false, 12, 1}), "grid-broken: the grid has 12 columns and 1 rows, or cells without a size");
-  EXPECT_EQ(refused({z.data(), false, 4, 3, 0, 0, 0, 1}),
-            "grid-broken: the grid has 4 columns and 3 rows, or cells without a size");
-  z[7] = std::nanf("");
-  EXPECT_EQ(refused({z.data(), false, 4, 3}), "grid-not-finite: sample 7 is NaN or infinity");
 }
 
 TEST(Fit, CudaGivesTheBitsOfTheCpu) {
