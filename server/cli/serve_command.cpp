@@ -75,10 +75,8 @@ void look_after_heap(boost::asio::steady_timer& timer) {
   });
 }
 
-}  // namespace
-
-int serve_command(const Settings& given, const std::string& program, const std::function<void(int port)>& listening) {
-  Settings settings = given;
+/// Of this process, before anything is opened. A problem is the settings'.
+std::optional<proto::Problem> set_up(Settings& settings, const std::string& program) {
   set_up_heap();
   signal(SIGXFSZ, SIG_IGN);  // a file beyond the limit of its size is a write that fails, as on a full disk
   if (settings.serve.web.empty()) settings.serve.web = default_web_folder(program);
@@ -86,23 +84,56 @@ int serve_command(const Settings& given, const std::string& program, const std::
   // Where raster looks for geoid grids, in the processes that build.
   if (!settings.serve.geoids.empty()) setenv("CORDILLERA_GEOIDS", settings.serve.geoids.c_str(), 1);
   // What is a default of every request must be something that a request may ask for.
-  if (auto refused = apply_policy(settings, settings.build)) {
-    complain(*refused);
-    return kUsage;
-  }
-
+  if (auto refused = apply_policy(settings, settings.build)) return refused;
   if (!settings.serve.live.empty()) {
-    if (auto refused = refuse_live_folder(settings.serve.live, settings.serve.data)) {
-      complain(*refused);
-      return kUsage;
-    }
+    if (auto refused = refuse_live_folder(settings.serve.live, settings.serve.data)) return refused;
   }
-
   // glibc loads what it ends threads with when it first needs it, and ends the process where there is no memory for that by then.
   std::array<void*, 1> frame{};
   backtrace(frame.data(), static_cast<int>(frame.size()));
   const std::string fewer = limits::fit_to_descriptors(settings.serve, limits::raise_descriptor_limit());
   if (!fewer.empty()) log_warning(fewer);
+  return std::nullopt;
+}
+
+/// Serves until it is told to stop.
+void run_until_stopped(const ServeSettings& settings, Service& service, front::HttpServer& http,
+                       const std::function<void(int port)>& listening) {
+  boost::asio::io_context io;
+  boost::asio::signal_set signals(io, SIGINT, SIGTERM);
+  if (listening) signals.add(SIGHUP);  // a window that is closed ends what was begun for somebody to look at
+  signals.async_wait([&](const boost::system::error_code& error, int) {
+    if (error) return;
+    log_info("stopping: running builds go on at the next start");
+    service.stop();
+    http.stop();
+  });
+  boost::asio::steady_timer heap(io);
+  look_after_heap(heap);
+  std::thread waiter([&] { io.run(); });
+
+  log_info("jobs are confined by " + sandbox::offered_words());
+  const std::string host = settings.listen.substr(0, settings.listen.rfind(':'));
+  log_info("listening on http://" + host + ":" + std::to_string(http.port()) + "/, data in " +
+           std::filesystem::absolute(settings.data).string());
+  if (listening) listening(http.port());
+  std::optional<LiveFolder> live;
+  if (!settings.live.empty()) live.emplace(service, settings.live);
+  http.run();
+  live.reset();
+  io.stop();
+  waiter.join();
+  log_info("stopped");
+}
+
+}  // namespace
+
+int serve_command(const Settings& given, const std::string& program, const std::function<void(int port)>& listening) {
+  Settings settings = given;
+  if (const auto refused = set_up(settings, program)) {
+    complain(*refused);
+    return kUsage;
+  }
   // Not the path: an upgrade may have put another program there since.
   const std::uint32_t free_percent = settings.serve.limits.free_percent;
   auto service = Service::open(settings, sparing(child_runner("/proc/self/exe", free_percent), free_percent));
@@ -125,31 +156,7 @@ int serve_command(const Settings& given, const std::string& program, const std::
 
   (*service)->watch_front([&http] { return FrontCounts{(*http)->connections(), (*http)->unsent_bytes()}; });
 
-  boost::asio::io_context io;
-  boost::asio::signal_set signals(io, SIGINT, SIGTERM);
-  if (listening) signals.add(SIGHUP);  // a window that is closed ends what was begun for somebody to look at
-  signals.async_wait([&](const boost::system::error_code& error, int) {
-    if (error) return;
-    log_info("stopping: running builds go on at the next start");
-    (*service)->stop();
-    (*http)->stop();
-  });
-  boost::asio::steady_timer heap(io);
-  look_after_heap(heap);
-  std::thread waiter([&] { io.run(); });
-
-  log_info("jobs are confined by " + sandbox::offered_words());
-  const std::string host = settings.serve.listen.substr(0, settings.serve.listen.rfind(':'));
-  log_info("listening on http://" + host + ":" + std::to_string((*http)->port()) + "/, data in " +
-           std::filesystem::absolute(settings.serve.data).string());
-  if (listening) listening((*http)->port());
-  std::optional<LiveFolder> live;
-  if (!settings.serve.live.empty()) live.emplace(**service, settings.serve.live);
-  (*http)->run();
-  live.reset();
-  io.stop();
-  waiter.join();
-  log_info("stopped");
+  run_until_stopped(settings.serve, **service, **http, listening);
   return kDone;
 }
 
