@@ -88,6 +88,8 @@ class Service {
 
  private:
   Service(const Settings& settings, std::unique_ptr<FolderLock> lock);
+  /// All that works by itself, once data and access are in order.
+  void begin_work(JobRunner runner);
   void read_ahead();
 
   Settings settings_;
