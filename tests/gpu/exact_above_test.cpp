@@ -9,6 +9,7 @@
 #include "gpu/exact/steps/triangle.h"
 #include "tests/gpu/exact_above.h"
 #include "tests/gpu/exact_laws.h"
+#include "tests/gpu/regular_mesh.h"
 
 namespace cordillera::gpu::exact {
 namespace {
@@ -82,7 +83,7 @@ TEST(ExactAbove, ThreadsDoNotShow) {
   EXPECT_EQ(hash_of(above(block, plan), block, plan), hash_of(above(block, plan, three_threads()), block, plan));
 }
 
-/// A plane that is as it is known to be, and a mesh of it with a vertex every so many samples.
+/// A plane that is as it is known to be.
 Ground plane_ground(std::int32_t columns, std::int32_t rows) {
   Ground ground;
   ground.columns = columns, ground.rows = rows;
@@ -91,26 +92,9 @@ Ground plane_ground(std::int32_t columns, std::int32_t rows) {
   ground.squares.code.assign(64 * squares, 128);
   return ground;
 }
-BlockMesh plane_mesh(std::int32_t columns, std::int32_t rows, std::int32_t step) {
-  const std::int32_t across = (columns - 1) / step, up = (rows - 1) / step;
-  BlockMesh mesh;
-  for (std::int32_t y = 0; y <= up; ++y) {
-    for (std::int32_t x = 0; x <= across; ++x) {
-      mesh.x.push_back(static_cast<std::uint16_t>(x * step));
-      mesh.y.push_back(static_cast<std::uint16_t>(y * step));
-      mesh.height.push_back(1000);
-      mesh.is_void.push_back(0);
-      const auto at = static_cast<std::uint32_t>(y * (across + 1) + x), row = static_cast<std::uint32_t>(across + 1);
-      if (x == across || y == up) continue;
-      mesh.triangles.push_back({at, at + 1, at + row + 1});
-      mesh.triangles.push_back({at, at + row + 1, at + row});
-    }
-  }
-  return mesh;
-}
 /// One level of it; on a GPU, too, where there is one: the same mesh.
 BlockMesh simplified_plane(const Ground& ground, std::int32_t step, std::int32_t tile_side) {
-  const BlockMesh start = plane_mesh(ground.columns, ground.rows, step);
+  const BlockMesh start = regular_mesh(ground.columns, ground.rows, step, 1000);
   const BlockPlan plan = plan_of(5, 1, tile_side);
   std::optional<BlockMesh> mesh;
   for (const char* device : {"cpu", "cuda"}) {

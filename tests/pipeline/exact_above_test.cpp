@@ -7,6 +7,8 @@
 #include <random>
 #include <set>
 
+#include "tests/gpu/regular_mesh.h"
+
 namespace cordillera::pipeline {
 namespace {
 
@@ -88,21 +90,13 @@ TEST(HalfTurned, GroundsHaveTheirHalvesTheOtherWayAround) {
   }
 }
 
-/// A vertex each so many samples.
+/// A vertex each so many samples, with heights and voids that tell them apart.
 gpu::exact::BlockMesh mesh_around(std::int32_t columns, std::int32_t rows, std::int32_t step) {
-  const auto across = static_cast<std::uint32_t>((columns - 1) / step), up = static_cast<std::uint32_t>((rows - 1) / step);
-  gpu::exact::BlockMesh mesh;
-  for (std::uint32_t y = 0; y <= up; ++y) {
-    for (std::uint32_t x = 0; x <= across; ++x) {
-      mesh.x.push_back(static_cast<std::uint16_t>(static_cast<std::int32_t>(x) * step));
-      mesh.y.push_back(static_cast<std::uint16_t>(static_cast<std::int32_t>(y) * step));
-      mesh.height.push_back(static_cast<std::int32_t>(100 * (x % across) + y));
-      mesh.is_void.push_back((x % across + y) % 3 == 0 ? 1 : 0);
-      const std::uint32_t at = y * (across + 1) + x;
-      if (x == across || y == up) continue;
-      mesh.triangles.push_back({at, at + 1, at + across + 2});
-      mesh.triangles.push_back({at, at + across + 2, at + across + 1});
-    }
+  gpu::exact::BlockMesh mesh = gpu::exact::regular_mesh(columns, rows, step, 0);
+  for (std::size_t v = 0; v < mesh.vertices(); ++v) {
+    const std::int32_t x = mesh.x[v] % (columns - 1) / step, y = mesh.y[v] / step;
+    mesh.height[v] = 100 * x + y;
+    mesh.is_void[v] = (x + y) % 3 == 0 ? 1 : 0;
   }
   return mesh;
 }
