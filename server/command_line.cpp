@@ -217,11 +217,6 @@ std::string help_page(const CLI::App& command) {
   return page();
 }
 
-int wrong_usage(const proto::Problem& problem) {
-  complain(problem);
-  return kUsage;
-}
-
 CLI::App* CommandLine::add(const std::string& name, const std::string& help, std::function<int()> run) {
   return know(app_.add_subcommand(name, help), std::move(run));
 }
@@ -252,8 +247,7 @@ int CommandLine::run(std::vector<std::string> line) const {
   try {
     return asked->second();
   } catch (const std::exception& error) {
-    complain({"internal", std::string("this should not have happened: ") + error.what(), "", ""});
-    return kFailed;
+    return fail({"internal", std::string("this should not have happened: ") + error.what(), "", ""});
   }
 }
 

@@ -36,7 +36,4 @@ void add_commands(CommandLine& commands);
 /// by the names of options alone, the longest group first; --help-all has it in full.
 std::string help_page(const CLI::App& command);
 
-/// Says what is wrong, and gives the exit code for it.
-int wrong_usage(const proto::Problem& problem);
-
 }  // namespace cordillera::server

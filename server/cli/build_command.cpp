@@ -31,11 +31,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-int fail(const proto::Problem& problem) {
-  complain(problem);
-  return kFailed;
-}
-
 proto::Result<pipeline::BuildRequest> request_for(const Settings& settings, const BuildLine& line) {
   auto request = request_of(line.rasters, settings);
   if (!request) return request;

@@ -126,11 +126,9 @@ int check_command(const CheckLine& line) {
   bool sound = true;
   Json all = Json::array();
   if (fs::exists(layout.registry(), error)) {
-    if (!line.sources.empty()) {
-      complain({"usage", "--source goes with one dataset, and " + line.path + " is the data folder of a server",
-                "one of the folders in its datasets/", "--source"});
-      return kUsage;
-    }
+    if (!line.sources.empty())
+      return wrong_usage({"usage", "--source goes with one dataset, and " + line.path + " is the data folder of a server",
+                          "one of the folders in its datasets/", "--source"});
     std::vector<std::string> ids;
     try {
       ids = ready_datasets(layout);

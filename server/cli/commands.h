@@ -87,6 +87,9 @@ int restore_command(const std::string& from, const std::string& data);
 
 /// One line to stderr.
 void complain(const proto::Problem& problem);
+/// The same, and the exit code for it: of what failed, of what was typed.
+int fail(const proto::Problem& problem);
+int wrong_usage(const proto::Problem& problem);
 
 /// The manifest as a table a person reads.
 std::string manifest_table(const proto::Manifest& manifest);

@@ -8,11 +8,6 @@
 namespace cordillera::server {
 namespace {
 
-int failed(const proto::Problem& problem) {
-  complain(problem);
-  return kFailed;
-}
-
 std::string counted(const BackedUp& done) {
   return std::to_string(done.ready) + " datasets with their tiles, " + std::to_string(done.waiting) + " still to be built";
 }
@@ -21,14 +16,14 @@ std::string counted(const BackedUp& done) {
 
 int adopt_command(const std::string& data) {
   const auto done = make_registry(Layout{data});
-  if (!done) return failed(done.problem());
+  if (!done) return fail(done.problem());
   std::cout << data << ": " << done->adopted << " datasets in a new registry, " << done->set_aside << " folders set aside\n";
   return kDone;
 }
 
 int vacuum_command(const std::string& data, Orphans orphans) {
   const auto done = vacuum(Layout{data}, orphans);
-  if (!done) return failed(done.problem());
+  if (!done) return fail(done.problem());
   std::cout << data << ": " << done->files << " files and folders removed, " << done->stores << " stores rewritten, "
             << done->bytes << " bytes less\n";
   if (done->orphans > 0)
@@ -37,19 +32,16 @@ int vacuum_command(const std::string& data, Orphans orphans) {
 }
 
 int backup_command(const std::string& data, const std::string& output) {
-  if (output.empty()) {
-    complain({"usage", "backup needs to know where to write", "-o FOLDER", "--output"});
-    return kUsage;
-  }
+  if (output.empty()) return wrong_usage({"usage", "backup needs to know where to write", "-o FOLDER", "--output"});
   const auto done = backup(Layout{data}, output);
-  if (!done) return failed(done.problem());
+  if (!done) return fail(done.problem());
   std::cout << output << ": " << counted(*done) << "\n";
   return kDone;
 }
 
 int restore_command(const std::string& from, const std::string& data) {
   const auto done = restore(from, Layout{data});
-  if (!done) return failed(done.problem());
+  if (!done) return fail(done.problem());
   std::cout << data << ": " << counted(*done) << "\n";
   return kDone;
 }

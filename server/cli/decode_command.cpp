@@ -19,8 +19,7 @@ proto::Result<std::string> read_file(const std::string& path) {
 int refuse(proto::Problem problem, const std::string& path) {
   problem.detail = path + ": " + problem.detail;
   problem.accepted = "a .drc or .glb tile that Cordillera wrote";
-  complain(problem);
-  return kFailed;
+  return fail(problem);
 }
 
 int print_drc(const std::string& path, const std::string& bytes) {

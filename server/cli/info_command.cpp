@@ -62,10 +62,7 @@ int info_command(const std::string& path, Show show, const Settings& settings) {
   }
   if (kind == PathKind::raster || holds_rasters(path)) return tell_of_raster(path, show, settings);
   const auto manifest = read_manifest(path);
-  if (!manifest) {
-    complain(manifest.problem());
-    return kFailed;
-  }
+  if (!manifest) return fail(manifest.problem());
   std::cout << (show == Show::json ? pipeline::manifest_json(*manifest) : manifest_table(*manifest));
   std::cout << std::flush;
   return kDone;

@@ -72,6 +72,16 @@ std::string level_line(const proto::LevelSummary& level) {
 
 void complain(const proto::Problem& problem) { std::cerr << "cordillera: " << as_typed(problem.line()) << "\n"; }
 
+int fail(const proto::Problem& problem) {
+  complain(problem);
+  return kFailed;
+}
+
+int wrong_usage(const proto::Problem& problem) {
+  complain(problem);
+  return kUsage;
+}
+
 std::string manifest_table(const proto::Manifest& manifest) {
   const proto::Source& source = manifest.source();
   std::string out = source_lines(manifest);

@@ -130,29 +130,18 @@ void run_until_stopped(const ServeSettings& settings, Service& service, front::H
 
 int serve_command(const Settings& given, const std::string& program, const std::function<void(int port)>& listening) {
   Settings settings = given;
-  if (const auto refused = set_up(settings, program)) {
-    complain(*refused);
-    return kUsage;
-  }
+  if (const auto refused = set_up(settings, program)) return wrong_usage(*refused);
   // Not the path: an upgrade may have put another program there since.
   const std::uint32_t free_percent = settings.serve.limits.free_percent;
   auto service = Service::open(settings, sparing(child_runner("/proc/self/exe", free_percent), free_percent));
-  if (!service) {
-    complain(service.problem());
-    return kFailed;
-  }
+  if (!service) return fail(service.problem());
   Api api(**service);
   auto http = front::HttpServer::bind(api, settings.serve.listen, front_limits(settings.serve), note_of((*service)->metrics()));
-  if (!http) {
-    complain(http.problem());
-    return kFailed;
-  }
+  if (!http) return fail(http.problem());
 
-  if (!has_memory(kToListen_bytes)) {
-    complain({"memory-limit", "less than " + std::to_string(kToListen_bytes >> 20) + " MiB of memory are left to answer with",
-              "a higher limit of memory (ulimit -v)", ""});
-    return kFailed;
-  }
+  if (!has_memory(kToListen_bytes))
+    return fail({"memory-limit", "less than " + std::to_string(kToListen_bytes >> 20) + " MiB of memory are left to answer with",
+                 "a higher limit of memory (ulimit -v)", ""});
 
   (*service)->watch_front([&http] { return FrontCounts{(*http)->connections(), (*http)->unsent_bytes()}; });
 

@@ -113,10 +113,10 @@ proto::Result<gpu::fit::SimplifiedMesh> published(const gpu::fit::HeightMesh& in
   return result;
 }
 
-int fail(proto::Problem problem, const std::string& path = "") {
-  if (!path.empty()) problem.detail = path + ": " + problem.detail;
-  complain(problem);
-  return kFailed;
+/// That of a file, by its name.
+proto::Problem problem_of(const std::string& path, proto::Problem problem) {
+  problem.detail = path + ": " + problem.detail;
+  return problem;
 }
 
 int run(const SimplifyLine& line, const SimplifyRequest& request) {
@@ -138,7 +138,7 @@ int run(const SimplifyLine& line, const SimplifyRequest& request) {
   const auto style = line.show == Show::json ? ProgressBar::Style::none : ProgressBar::where_stderr_goes();
   auto made = request.cleap ? published(input, *request.cleap, style, report)
                             : gpu::fit::simplify(input, request.target, request.options);
-  if (!made) return fail(made.problem(), line.input);
+  if (!made) return fail(problem_of(line.input, made.problem()));
   report.cpu_seconds = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
   report.simplified = made->report;
   gpu::fit::HeightMesh& mesh = made->mesh;
@@ -160,10 +160,7 @@ int run(const SimplifyLine& line, const SimplifyRequest& request) {
 
 int simplify_command(const SimplifyLine& line) {
   const auto request = simplify_request(line);
-  if (!request) {
-    complain(request.problem());
-    return kUsage;
-  }
+  if (!request) return wrong_usage(request.problem());
   if (auto usable = check_output(line.output); !usable) return fail(usable.problem());
   try {
     return run(line, *request);

@@ -25,29 +25,23 @@ bool append(const std::string& path, const std::string& line) {
   return ::close(file) == 0 && written;
 }
 
-int usage(const std::string& detail, const std::string& accepted, const std::string& word) {
-  complain({"usage", detail, accepted, word});
-  return kUsage;
-}
-
 }  // namespace
 
 int token_command(const TokenWords& words) {
   if (words.action != "new")
-    return usage("unknown action '" + words.action + "'", "cordillera token new --name NAME --role ROLE", words.action);
+    return wrong_usage(
+        {"usage", "unknown action '" + words.action + "'", "cordillera token new --name NAME --role ROLE", words.action});
   const access::Role role = access::role_named(words.role);
   if (role == access::Role::none)
-    return usage(words.role.empty() ? "a token needs a role" : "no role is called '" + words.role + "'",
-                 "--role read, write or admin", "--role");
+    return wrong_usage({"usage", words.role.empty() ? "a token needs a role" : "no role is called '" + words.role + "'",
+                        "--role read, write or admin", "--role"});
   if (!access::is_token_name(words.name)) {
-    return usage(words.name.empty() ? "a token needs a name" : "'" + words.name + "' is no name for a token",
-                 "--name with 1 to 64 letters, digits, dots, dashes and underscores", "--name");
+    return wrong_usage({"usage", words.name.empty() ? "a token needs a name" : "'" + words.name + "' is no name for a token",
+                        "--name with 1 to 64 letters, digits, dots, dashes and underscores", "--name"});
   }
   const access::NewToken made = access::make_token(words.name, role);
-  if (!words.file.empty() && !append(words.file, made.line)) {
-    complain({"output-failed", "cannot write " + words.file + ": " + strerror(errno), "a file that can be written", "--file"});
-    return kFailed;
-  }
+  if (!words.file.empty() && !append(words.file, made.line))
+    return fail({"output-failed", "cannot write " + words.file + ": " + strerror(errno), "a file that can be written", "--file"});
   std::cout << "token: " << made.token << "\n";
   if (words.file.empty()) std::cout << "line:  " << made.line << "\n";
   std::cout << std::flush;

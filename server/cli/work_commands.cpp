@@ -31,22 +31,14 @@ namespace fs = std::filesystem;
 namespace work = pipeline::work;
 using proto::Problem;
 
-int fail(const Problem& problem) {
+/// Says whether it may go better later.
+int give_up(const Problem& problem) {
   complain(problem);
   return work::worth_retrying(problem) ? kTryAgain : kFailed;
 }
 
 /// Of a problem that the words of the command line may have.
-int wrong_line(const Problem& problem) {
-  if (problem.type != "usage") return fail(problem);
-  complain(problem);
-  return kUsage;
-}
-
-int wrong_usage(const std::string& detail, const std::string& accepted, const std::string& parameter) {
-  complain({"usage", detail, accepted, parameter});
-  return kUsage;
-}
+int wrong_line(const Problem& problem) { return problem.type == "usage" ? wrong_usage(problem) : give_up(problem); }
 
 /// The number that a scheduler gives to a task of an array of so many; empty where no scheduler says it and they are several.
 std::string array_number(std::uint32_t parts) {
@@ -139,7 +131,7 @@ std::string counted(std::size_t count, const char* what) { return std::to_string
 
 int say(const proto::WorkPlan& plan, const std::string& folder) {
   const auto stages = work::progress_of(plan, folder);
-  if (!stages) return fail(stages.problem());
+  if (!stages) return give_up(stages.problem());
   double samples = 0;
   for (const proto::WorkTask& task : plan.stages(0).tasks()) samples += task.samples();
   std::cout << counted(static_cast<std::size_t>(plan.sources_size()), "raster") << ", levels " << plan.plan().min_level()
@@ -256,21 +248,23 @@ std::string name_of_plan(const std::vector<raster::MosaicMember>& members, const
 }  // namespace
 
 int plan_command(const Settings& settings, const PlanLine& line) {
-  if (line.folder.empty() && !settings.dry_run) return wrong_usage("plan needs to know where to write", "-o FOLDER", "--output");
+  if (line.folder.empty() && !settings.dry_run)
+    return wrong_usage({"usage", "plan needs to know where to write", "-o FOLDER", "--output"});
   work::PlanGiven given;
   if (!line.block.empty()) {
     std::uint32_t side = 0;
     if (const auto wrong = read_whole(line.block, {512, 4096}, &side))
-      return wrong_usage("--block='" + line.block + "': " + *wrong, "512 to 4096", "--block");
+      return wrong_usage({"usage", "--block='" + line.block + "': " + *wrong, "512 to 4096", "--block"});
     given.block_samples = (std::int64_t{side} + 1) * (side + 1);
   }
-  if (const auto usable = check_plan_folder(line.folder); !usable) return fail(usable.problem());
+  if (const auto usable = check_plan_folder(line.folder); !usable) return give_up(usable.problem());
   auto sources = examine_sources(line.sources, settings, line.bad);
-  if (!sources) return fail(sources.problem());
+  if (!sources) return give_up(sources.problem());
   for (const raster::MosaicMember& member : sources->members) {
     if (proto::is_utf8(member.path)) continue;
-    return fail({"option-invalid", "the name of " + proto::as_utf8(member.path) + " is no UTF-8, as the text of a plan must be",
-                 "a name in UTF-8", "SOURCES"});
+    return give_up({"option-invalid",
+                    "the name of " + proto::as_utf8(member.path) + " is no UTF-8, as the text of a plan must be",
+                    "a name in UTF-8", "SOURCES"});
   }
   stop_on({SIGINT, SIGTERM},
           SecondTime::ends);  // until here nothing asks whether to stop, and an end in the middle leaves nothing
@@ -281,11 +275,11 @@ int plan_command(const Settings& settings, const PlanLine& line) {
   request.raster_name = settings.build.name().empty() ? name_of_plan(request.members, line.folder) : settings.build.name();
   if (settings.dry_run) return dry_run(request, Show::table);
   auto plan = work::plan_work(request, g_asked_to_stop, given);
-  if (!plan) return fail(plan.problem());
+  if (!plan) return give_up(plan.problem());
   for (const std::string& skipped : sources->skipped) plan->add_skipped(proto::as_utf8(skipped));
   for (const std::string& warning : settings.build.warnings()) plan->add_warnings(warning);
   for (const std::string& warning : sources->warnings) plan->add_warnings(proto::as_utf8(warning));
-  if (const auto written = work::write_plan(*plan, line.folder); !written) return fail(written.problem());
+  if (const auto written = work::write_plan(*plan, line.folder); !written) return give_up(written.problem());
   for (const std::string& skipped : plan->skipped()) std::cerr << "cordillera: left out: " << skipped << "\n";
   for (const std::string& warning : plan->warnings()) std::cerr << "cordillera: warning: " << warning << "\n";
   if (line.words == Verbosity::all) return say(*plan, line.folder);
@@ -294,35 +288,34 @@ int plan_command(const Settings& settings, const PlanLine& line) {
 
 int work_command(const WorkLine& line) {
   if (!line.task.empty() && !line.part.empty())
-    return wrong_usage("--task is one task, and --part several", "one of the two", "--part");
+    return wrong_usage({"usage", "--task is one task, and --part several", "one of the two", "--part"});
   stop_on({SIGINT, SIGTERM}, SecondTime::ends);
   const auto plan = work::read_plan(line.folder);
-  if (!plan) return fail(plan.problem());
+  if (!plan) return give_up(plan.problem());
   if (line.stage.empty()) {
-    if (!line.task.empty() || !line.part.empty()) return wrong_usage("a task is one of a stage", "--stage N", "--stage");
+    if (!line.task.empty() || !line.part.empty())
+      return wrong_usage({"usage", "a task is one of a stage", "--stage N", "--stage"});
     for (int s = 0; s < plan->stages_size(); ++s) {
-      if (const auto done = do_stage(*plan, s, line); !done) return fail(done.problem());
+      if (const auto done = do_stage(*plan, s, line); !done) return give_up(done.problem());
     }
     return kDone;
   }
   std::uint32_t stage = 0;
   const auto last = static_cast<std::uint32_t>(plan->stages_size() - 1);
   if (const auto wrong = read_whole(line.stage, {0, last}, &stage)) {
-    return wrong_usage("--stage='" + line.stage + "': " + *wrong, "0 to " + std::to_string(last), "--stage");
+    return wrong_usage({"usage", "--stage='" + line.stage + "': " + *wrong, "0 to " + std::to_string(last), "--stage"});
   }
   const auto done = do_stage(*plan, static_cast<int>(stage), line);
   if (done) return kDone;
-  return done.problem().type == "option-invalid"
-             ? wrong_usage(done.problem().detail, done.problem().accepted, done.problem().parameter)
-             : fail(done.problem());
+  return done.problem().type == "option-invalid" ? wrong_usage(done.problem()) : give_up(done.problem());
 }
 
 int tasks_command(const std::string& folder, Show show) {
   const auto plan = work::read_plan(folder);
-  if (!plan) return fail(plan.problem());
+  if (!plan) return give_up(plan.problem());
   if (show == Show::table) { return say(*plan, folder); }
   const auto stages = work::progress_of(*plan, folder);
-  if (!stages) return fail(stages.problem());
+  if (!stages) return give_up(stages.problem());
   Json json = Json::array();
   for (std::size_t s = 0; s < stages->size(); ++s) {
     double cost = 0;
@@ -338,35 +331,35 @@ int publish_command(const PublishLine& line) {
   const auto look = look_of(line.look);
   if (!look) return wrong_line(look.problem());
   const auto plan = work::read_plan(line.folder);
-  if (!plan) return fail(plan.problem());
+  if (!plan) return give_up(plan.problem());
   const bool remote = raster::is_remote(line.output);
   // Put together here before it is sent on: an object cannot be changed in its middle.
   const std::unique_ptr<raster::PrivateFolder> elsewhere = remote ? std::make_unique<raster::PrivateFolder>() : nullptr;
   if (remote && !elsewhere->made()) {
-    return fail({"storage-write", "no folder can be made in " + fs::temp_directory_path().string(),
-                 "a TMPDIR with room for the dataset", ""});
+    return give_up({"storage-write", "no folder can be made in " + fs::temp_directory_path().string(),
+                    "a TMPDIR with room for the dataset", ""});
   }
   fs::path place = fs::absolute(remote ? elsewhere->place("dataset.sqlite") : line.output).lexically_normal();
   if (!place.has_filename()) place = place.parent_path();
   const raster::FileLock lock(place.string() + ".publishing.lock");
-  if (lock.others()) return fail(at_work_there(place.string()));
-  if (const auto usable = check_place(line, place); !usable) return fail(usable.problem());
+  if (lock.others()) return give_up(at_work_there(place.string()));
+  if (const auto usable = check_place(line, place); !usable) return give_up(usable.problem());
   const bool whole = written_as(line.output) == Written::dataset;
   const std::string store = whole ? place.string() : place.string() + ".publishing.sqlite";
   stop_on({SIGINT, SIGTERM}, SecondTime::ends);
   const auto manifest = work::publish(*plan, line.folder, store, g_asked_to_stop);
-  if (!manifest) return fail(manifest.problem());
+  if (!manifest) return give_up(manifest.problem());
   if (!whole) {
-    if (const auto exported = export_from(store, line, *look, place); !exported) return fail(exported.problem());
+    if (const auto exported = export_from(store, line, *look, place); !exported) return give_up(exported.problem());
   }
   if (remote) {
-    if (const auto sent = raster::upload_file(store, line.output); !sent) return fail(sent.problem());
+    if (const auto sent = raster::upload_file(store, line.output); !sent) return give_up(sent.problem());
   }
   if (line.words == Verbosity::all)
     std::cout << manifest_table(*manifest) << "written to " << (remote ? line.output : place.string()) << "\n";
   if (line.prune) {
     const auto removed = work::prune(*plan, line.folder);
-    if (!removed) return fail(removed.problem());
+    if (!removed) return give_up(removed.problem());
     if (line.words == Verbosity::all) std::cout << counted(*removed, "shard") << " of other plans removed\n";
   }
   return kDone;

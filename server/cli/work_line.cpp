@@ -58,10 +58,7 @@ std::optional<int> WorkWords::run() {
   if (*work_) return work_command(work_line_);
   if (!*publish_) return std::nullopt;
   auto chosen = formats_of(formats_);
-  if (!chosen) {
-    complain(chosen.problem());
-    return kUsage;
-  }
+  if (!chosen) return wrong_usage(chosen.problem());
   publish_line_.formats = std::move(*chosen);
   publish_line_.only_format = formats_;
   return publish_command(publish_line_);

@@ -183,15 +183,9 @@ class Guide {
 
 int view_command(const ViewLine& line, const std::string& program) {
   auto subjects = subjects_of(line.paths);
-  if (!subjects) {
-    complain(subjects.problem());
-    return kFailed;
-  }
+  if (!subjects) return fail(subjects.problem());
   std::optional<raster::PrivateFolder> data(std::in_place);
-  if (!data->made()) {
-    complain(no_folder());
-    return kFailed;
-  }
+  if (!data->made()) return fail(no_folder());
   Settings settings;
   settings.serve.listen = "127.0.0.1:" + (line.port.empty() ? "0" : line.port);
   settings.serve.data = data->path();
