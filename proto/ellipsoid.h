@@ -4,6 +4,7 @@
 // Sines and cosines are made on the host, by octant symmetry (so that column 0 and column n, and the two hemispheres, agree
 // exactly), and rounded to a fixed binary step, because library versions differ in the last bit. What is left is + and x only.
 // Formulas: Hofmann-Wellenhof & Moritz, Physical Geodesy, eq. 5-27.
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -22,6 +23,7 @@ CORDILLERA_HD inline Vec3 operator+(Vec3 a, Vec3 b) { return {a.x + b.x, a.y + b
 CORDILLERA_HD inline Vec3 operator-(Vec3 a, Vec3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 CORDILLERA_HD inline Vec3 operator*(double s, Vec3 a) { return {s * a.x, s * a.y, s * a.z}; }
 CORDILLERA_HD inline double dot(Vec3 a, Vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline double length(Vec3 a) { return std::sqrt(dot(a, a)); }
 CORDILLERA_HD inline Vec3 cross(Vec3 a, Vec3 b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
 
 /// What all vertices of one lattice row (parallel) share.

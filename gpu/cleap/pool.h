@@ -5,6 +5,7 @@
 
 #include "gpu/cleap/metrics.h"
 #include "gpu/device/atomic.h"
+#include "gpu/device/bits.h"
 
 namespace cordillera::gpu::cleap {
 
@@ -45,11 +46,7 @@ struct IsCheap {
 
 /// One to one. On flat ground edges cost the same, and those that lie in a row are numbered in a row: by number, only the first
 /// of it would be anybody's best.
-CORDILLERA_HD inline std::uint32_t scattered(std::uint32_t e) {
-  e = (e ^ (e >> 16)) * 0x7feb352du;
-  e = (e ^ (e >> 15)) * 0x846ca68bu;
-  return e ^ (e >> 16);
-}
+CORDILLERA_HD inline std::uint32_t scattered(std::uint32_t e) { return hash32(e); }
 /// By edge: both ends learn of it. Best: indexed by vertex, the least of cost and scattered number.
 struct OfferToEnds {
   Arrays mesh;

@@ -112,7 +112,7 @@ Apart apart(const FlatTriangle& a, const FlatTriangle& b, const Common& ground, 
     if (here > most) at = ground.corner[k];
     most = std::max(most, here);
     const Vec3 difference = first.slope - second.slope;
-    const double bend = std::sqrt(dot(difference, difference)) + first.along_edges + second.along_edges;
+    const double bend = length(difference) + first.along_edges + second.along_edges;
     bent = std::max(bent, bend);
     for (const Over& one : {first, second})
       steepest2 = std::max({steepest2, dot(one.slope, one.slope), one.along_edges * one.along_edges});

@@ -25,7 +25,7 @@ double graze_m(const gpu::MeasuredTriangle& t, const proto::Vec3& up) {
   double most = 0;
   for (const gpu::Plane* plane : {&t.exact, &t.rounded}) {
     if (!plane->shows()) continue;
-    const double rise = std::abs(dot(plane->normal, up)), whole = std::sqrt(dot(plane->normal, plane->normal));
+    const double rise = std::abs(dot(plane->normal, up)), whole = length(plane->normal);
     most = std::max(most, rise * kSteepest > whole ? whole / rise : kSteepest);
   }
   return kPlace_m * most;

@@ -233,10 +233,6 @@ void collect_sides(CheckedTile& tile, const std::vector<Vec3>& points) {
 
 }  // namespace
 
-std::string name_of(const proto::TileAddress& tile) {
-  return "tile " + std::to_string(tile.z) + "/" + std::to_string(tile.x) + "/" + std::to_string(tile.y);
-}
-
 std::optional<CheckedTile> check_tile(const TileBytes& bytes, Findings& findings) {
   const std::string where = name_of(bytes.tile);
   auto drc = decode_drc(bytes.drc);

@@ -11,6 +11,7 @@
 #include "gpu/measure/ecef_steps.h"
 #include "pipeline/check/report.h"
 #include "pipeline/encode/decode.h"
+#include "pipeline/store/store.h"
 #include "proto/ellipsoid.h"
 #include "proto/lattice.h"
 
@@ -39,8 +40,6 @@ struct CheckedTile {
   DecodedDrc drc;
   std::array<std::vector<SideEdge>, 4> sides;  ///< indexed by TileSide, sorted
 };
-
-std::string name_of(const proto::TileAddress& tile);
 
 /// Adds what is wrong. None if the tile cannot be decoded or is not what it says.
 std::optional<CheckedTile> check_tile(const TileBytes& bytes, Findings& findings);

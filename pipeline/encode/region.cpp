@@ -24,8 +24,6 @@ constexpr double kAngleStep = 0x1p-36, kHeightStep_m = 0x1p-10;
 double down(double value, double step) { return (std::floor(value / step) - 1) * step; }
 double up(double value, double step) { return (std::ceil(value / step) + 1) * step; }
 
-double length(Vec3 v) { return std::sqrt(dot(v, v)); }
-
 struct Raised {
   double latitude = 0, height_m = 0;
 };

@@ -138,7 +138,7 @@ struct Facet {
     std::optional<Passed> farthest;
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3 a = at[k] - ground.foot, b = at[(k + 1) % 3] - ground.foot, ab = b - a;
-      const double beside_m = -dot(ground.up, cross(a, b)) / std::sqrt(dot(ab, ab));
+      const double beside_m = -dot(ground.up, cross(a, b)) / length(ab);
       if (beside_m > (farthest ? farthest->beside_m : 0)) farthest = Passed{k, beside_m};
     }
     return farthest;

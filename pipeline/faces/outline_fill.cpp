@@ -160,8 +160,6 @@ std::vector<double> distances(const std::vector<bool>& hull, std::size_t columns
   return far;
 }
 
-double middle_deg(const raster::Area& extent) { return (extent.south_deg + extent.north_deg) / 2; }
-
 /// How far outside the geoid is reached, pixels.
 double fade_pixels(const MapWindow& window, double latitude_deg) {
   double highest_m = 0;
@@ -184,7 +182,7 @@ MapWindow overview_of(const raster::Area& extent, const Zooms& zooms, const prot
   };
   int zoom = 0;
   while (zoom < zooms.last && span(zoom + 1) <= OutlineFill::kOverviewPixels) ++zoom;
-  MapWindow window{zoom, level_of(manifest, zooms, zoom, middle_deg(extent)), 0, 0, 0, 0, {}};
+  MapWindow window{zoom, level_of(manifest, zooms, zoom, raster::middle_latitude_deg(extent)), 0, 0, 0, 0, {}};
   window.west = static_cast<std::int64_t>(std::floor(longitude_pixel(zoom, extent.west_deg)));
   window.north = static_cast<std::int64_t>(std::floor(latitude_pixel(zoom, extent.north_deg)));
   window.columns =
@@ -204,7 +202,7 @@ proto::Result<OutlineFill> OutlineFill::of(const Terrain& terrain) {
   if (const auto drawn = draw_heights(terrain, overview); !drawn) return drawn.problem();
   OutlineFill made;
   made.hull_ = closed_outline(overview);
-  const double whole = fade_pixels(overview, middle_deg(*extent));
+  const double whole = fade_pixels(overview, raster::middle_latitude_deg(*extent));
   const std::vector<double> far = distances(made.hull_, static_cast<std::size_t>(overview.columns));
   fill_whole(overview);
   for (std::size_t k = 0; k < far.size(); ++k) overview.height_m[k] *= fade(far[k], whole);
@@ -220,7 +218,8 @@ proto::Result<void> OutlineFill::fill(const Terrain& terrain, MapWindow& window)
   if (!coarse_enough) {
     const auto extent = extent_of(terrain.manifest());
     MapWindow coarse = coarser(wide);
-    coarse.level = level_of(terrain.manifest(), zooms_of(terrain.manifest(), *extent), coarse.zoom, middle_deg(*extent));
+    coarse.level =
+        level_of(terrain.manifest(), zooms_of(terrain.manifest(), *extent), coarse.zoom, raster::middle_latitude_deg(*extent));
     if (const auto drawn = draw_heights(terrain, coarse); !drawn) return drawn.problem();
     if (const auto done = fill(terrain, coarse); !done) return done.problem();
     if (const auto drawn = draw_heights(terrain, wide); !drawn) return drawn.problem();

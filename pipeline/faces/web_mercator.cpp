@@ -17,8 +17,6 @@ double pixels_around(int zoom) { return std::ldexp(kTilePixels, zoom); }
 /// How many levels finer than the zoom the cell of a pixel's size is. At the equator a cell of level z has half a pixel's side.
 double levels_beyond(double latitude_deg) { return -1 - std::log2(std::cos(latitude_deg * kDegree)); }
 
-double middle_deg(const raster::Area& extent) { return (extent.south_deg + extent.north_deg) / 2; }
-
 int wanted_level(int zoom, double latitude_deg) {
   return static_cast<int>(std::ceil(zoom + levels_beyond(latitude_deg) - kSlack));
 }
@@ -48,7 +46,7 @@ std::optional<raster::Area> extent_of(const proto::Manifest& manifest) {
 }
 
 Zooms zooms_of(const proto::Manifest& manifest, const raster::Area& extent) {
-  const double middle = middle_deg(extent);
+  const double middle = raster::middle_latitude_deg(extent);
   Zooms zooms;
   const double fine_enough = std::ceil(manifest.max_level() - levels_beyond(middle) - kSlack);
   zooms.last = std::clamp(static_cast<int>(fine_enough), 0, proto::kMaxLevel);

@@ -24,6 +24,8 @@ struct EncodedTile {
   std::string glb;  ///< empty, unless a build of store format 1 made it: see tile_glb.h
 };
 
+/// "tile 5/17/23", as messages have it.
+std::string name_of(const proto::TileAddress& tile);
 inline proto::TileAddress address_of(const proto::TileRecord& record) {
   return {static_cast<int>(record.level()), static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())};
 }

@@ -16,6 +16,11 @@
 #include "raster/storage/storage.h"
 
 namespace cordillera::pipeline {
+
+std::string name_of(const proto::TileAddress& tile) {
+  return "tile " + std::to_string(tile.z) + "/" + std::to_string(tile.x) + "/" + std::to_string(tile.y);
+}
+
 namespace {
 
 using proto::Problem;
@@ -28,10 +33,6 @@ constexpr std::int32_t kFewRows = 256;
 // Tiles that are looked for when a store is opened: 3 ms a thousand. Counting alone would be cheaper, but takes every page of the
 // table: 235 ms for a million tiles that the system has in memory, and as long as the disk takes for 330 MB that it has not.
 constexpr std::uint64_t kMostCounted = 20000;
-
-std::string name_of(const TileAddress& tile) {
-  return "tile " + std::to_string(tile.z) + "/" + std::to_string(tile.x) + "/" + std::to_string(tile.y);
-}
 
 Problem refused(const std::string& type, const std::string& path, const std::string& why) {
   return {type, path + " " + why, "the store of a dataset whose build has finished", ""};

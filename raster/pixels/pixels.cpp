@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "proto/integers.h"
 #include "proto/mesh.h"
 #include "proto/wide.h"
 #include "raster/gdal/gdal_scope.h"
@@ -12,8 +13,6 @@ namespace cordillera::raster {
 namespace {
 
 constexpr double kVoid = std::numeric_limits<double>::quiet_NaN();
-
-std::int64_t floor_div(std::int64_t a, std::int64_t b) { return a >= 0 ? a / b : -((b - 1 - a) / b); }
 
 std::size_t pixels_in(const PixelWindow& window) { return static_cast<std::size_t>(window.columns) * window.rows; }
 
@@ -58,7 +57,8 @@ proto::Result<void> Pixels::read_anew(const PixelWindow& window, std::vector<dou
   if (!inside || period_ != 0 || !dataset_.missing.empty()) std::fill(heights.begin(), heights.end(), kVoid);
   if (period_ == 0) return read_inside(window, window, 0, heights);
   // Columns 0 .. period-1 repeat around the earth; a duplicated last column of a grid-registered raster is never read.
-  const std::int64_t first = floor_div(window.x, period_), last = floor_div(window.x + window.columns - 1, period_);
+  const std::int64_t first = proto::floor_divide(window.x, period_),
+                     last = proto::floor_divide(window.x + window.columns - 1, period_);
   for (std::int64_t turn = first; turn <= last; ++turn) {
     const std::int64_t west = std::max(window.x, turn * period_),
                        east = std::min(window.x + window.columns, (turn + 1) * period_);

@@ -21,6 +21,7 @@ std::optional<Area> area_of(const Numbers& box) {
 /// For documents that know no antimeridian: an area across it has the whole circle.
 inline Area unwrapped(const Area& area) { return area.east_deg > 180 ? Area{-180, area.south_deg, 180, area.north_deg} : area; }
 
+inline double middle_latitude_deg(const Area& area) { return (area.south_deg + area.north_deg) / 2; }
 /// The middle of its longitudes, -180 to 180.
 inline double middle_longitude_deg(const Area& area) {
   const double middle_deg = (area.west_deg + area.east_deg) / 2;

@@ -23,8 +23,6 @@ constexpr const char* kAcceptedCrs =
 /// A CRS given in a request or by a stranger's file is a definition, never a file or an address to fetch.
 constexpr const char* kSealed[] = {"ALLOW_NETWORK_ACCESS=NO", "ALLOW_FILE_ACCESS=NO", nullptr};
 
-std::string text_of(const char* text) { return text == nullptr ? "" : text; }
-
 /// The name we give to a vertical CRS: one of ours when we know its geoid, else its own.
 std::string known_datum(const OGRSpatialReference& srs) {
   const std::string own = text_of(srs.GetAttrValue("VERT_CS"));

@@ -11,8 +11,6 @@
 namespace cordillera::raster {
 namespace {
 
-std::string text_of(const char* text) { return text == nullptr ? "" : text; }
-
 /// What drivers write where there is no name: "unnamed", "unknown", "Unknown based on WGS 84 ellipsoid", "undefined", …
 bool names_nothing(std::string name) {
   name = proto::lower(name);

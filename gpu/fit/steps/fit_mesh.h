@@ -80,13 +80,6 @@ CORDILLERA_HD inline bool is_straight(const FitMesh& mesh, std::uint32_t v) {
   return ahead > 0;
 }
 
-/// A bijection of 32-bit numbers without visible order.
-CORDILLERA_HD inline std::uint32_t mixed(std::uint32_t n) {
-  n = (n ^ (n >> 16)) * 0x7feb352du;
-  n = (n ^ (n >> 15)) * 0x846ca68bu;
-  return n ^ (n >> 16);
-}
-
 CORDILLERA_HD inline std::int32_t nearest(float value) {
   return static_cast<std::int32_t>(value < 0 ? value - 0.5f : value + 0.5f);
 }

@@ -1,6 +1,7 @@
 #pragma once
 // Which candidates collapse in a wave. A vertex speaks for the edges to neighbours of higher number; the cheapest is its
 // candidate. Of the candidates under a threshold those win that are the least around both their ends.
+#include "gpu/device/bits.h"
 #include "gpu/fit/steps/edge_rules.h"
 #include "gpu/fit/steps/progress.h"
 #include "gpu/fit/steps/steps.h"
@@ -32,7 +33,7 @@ inline constexpr std::uint64_t kNoBid = ~std::uint64_t{0};
 
 CORDILLERA_HD inline std::uint64_t bid_key(const FitMesh& mesh, const WaveView& wave, std::uint32_t u) {
   const std::uint32_t edge = (u << mesh.row_shift) + wave.intent[u].slot;
-  return (std::uint64_t{ordered(wave.cost[u]) >> 16} << 32) | mixed(edge);
+  return (std::uint64_t{ordered(wave.cost[u]) >> 16} << 32) | hash32(edge);
 }
 
 struct MakeBid {

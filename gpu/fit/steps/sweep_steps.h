@@ -1,6 +1,7 @@
 #pragma once
 // A sweep moves every vertex once, in the order of a hash; vertices that are no neighbours move at the same time
 // (Jones-Plassmann).
+#include "gpu/device/bits.h"
 #include "gpu/fit/steps/relocate.h"
 
 namespace cordillera::gpu::fit {
@@ -26,7 +27,7 @@ struct IsNext {
   const std::uint8_t* waiting;
   std::uint32_t sweep;
 
-  CORDILLERA_HD std::uint32_t turn_of(std::uint32_t v) const { return mixed(v ^ sweep); }
+  CORDILLERA_HD std::uint32_t turn_of(std::uint32_t v) const { return hash32(v ^ sweep); }
   CORDILLERA_HD bool operator()(std::uint32_t v) const {
     const std::uint32_t mine = turn_of(v);
     const std::uint32_t* const row = mesh.row(v);

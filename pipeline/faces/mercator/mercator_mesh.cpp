@@ -107,7 +107,7 @@ class MercatorCutter {
     if (!fresh) return found->second;
     const auto [share, column, height_m] = crossing(from, to, row);
     Vec3 normal = (*normals_)[a] + share * ((*normals_)[b] - (*normals_)[a]);
-    if (wanted_ == MercatorNormals::all) normal = (1 / std::sqrt(dot(normal, normal))) * normal;
+    if (wanted_ == MercatorNormals::all) normal = (1 / length(normal)) * normal;
     const double west = static_cast<double>(west_);
     found->second =
         add_vertex({column - west, row, static_cast<std::int32_t>(std::lround(height_m / proto::kHeightStep_m)), normal});

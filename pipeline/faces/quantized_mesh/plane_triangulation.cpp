@@ -5,12 +5,13 @@
 #include <deque>
 
 #include "gpu/mesh/mesh_point.h"
+#include "gpu/mesh/triangle_neighbours.h"
 
 namespace cordillera::pipeline::faces {
 namespace {
 
-std::uint32_t next(std::uint32_t k) { return k == 2 ? 0 : k + 1; }
-std::uint32_t before(std::uint32_t k) { return k == 0 ? 2 : k - 1; }
+using gpu::after;
+using gpu::before;
 
 }  // namespace
 
@@ -40,7 +41,7 @@ bool PlaneTriangulation::in_circle(std::uint32_t a, std::uint32_t b, std::uint32
 PlaneTriangulation::Half PlaneTriangulation::twin(Half half) const {
   const std::uint32_t other = faces_[half.face].beside[half.edge];
   if (other == kNone) return {};
-  const std::uint32_t end = faces_[half.face].vertex[next(half.edge)];
+  const std::uint32_t end = faces_[half.face].vertex[after(half.edge)];
   for (std::uint32_t k = 0; k < 3; ++k) {
     if (faces_[other].vertex[k] == end) return {other, k};
   }
@@ -54,7 +55,7 @@ std::uint32_t PlaneTriangulation::locate(Point p) const {
     moved = false;
     for (std::uint32_t k = 0; k < 3 && !moved; ++k) {
       const Face& f = faces_[face];
-      if (turn(f.vertex[k], f.vertex[next(k)], p) >= 0) continue;
+      if (turn(f.vertex[k], f.vertex[after(k)], p) >= 0) continue;
       face = f.beside[k];
       moved = true;
     }
@@ -66,7 +67,7 @@ void PlaneTriangulation::link(std::uint32_t face, std::uint32_t edge, std::uint3
   faces_[face].beside[edge] = other;
   if (other == kNone) return;
   const Half back = [&] {
-    const std::uint32_t end = faces_[face].vertex[next(edge)];
+    const std::uint32_t end = faces_[face].vertex[after(edge)];
     for (std::uint32_t k = 0; k < 2; ++k) {
       if (faces_[other].vertex[k] == end) return Half{other, k};
     }
@@ -82,7 +83,7 @@ std::uint32_t PlaneTriangulation::add(Point point) {
     if (points_[v] == point) return v;
   }
   for (std::uint32_t k = 0; k < 3; ++k) {
-    if (turn(f.vertex[k], f.vertex[next(k)], point) == 0) return split_edge({face, k}, point);
+    if (turn(f.vertex[k], f.vertex[after(k)], point) == 0) return split_edge({face, k}, point);
   }
   return split_face(face, point);
 }
@@ -114,10 +115,10 @@ std::uint32_t PlaneTriangulation::split_edge(Half half, Point p) {
   const auto halve = [&](Half h) {
     const auto fresh = static_cast<std::uint32_t>(faces_.size());
     const Face old = faces_[h.face];
-    const std::uint32_t a = old.vertex[h.edge], b = old.vertex[next(h.edge)], c = old.vertex[before(h.edge)];
+    const std::uint32_t a = old.vertex[h.edge], b = old.vertex[after(h.edge)], c = old.vertex[before(h.edge)];
     faces_[h.face] = {{a, v, c}, {kNone, fresh, old.beside[before(h.edge)]}, {}};
     faces_.push_back({{v, b, c}, {kNone, kNone, h.face}, {}});
-    link(fresh, 1, old.beside[next(h.edge)]);
+    link(fresh, 1, old.beside[after(h.edge)]);
     face_at_[a] = face_at_[c] = h.face;
     face_at_[b] = fresh;
     return fresh;
@@ -139,13 +140,13 @@ void PlaneTriangulation::flip(Half half) {
   const Half other = twin(half);
   const Face f = faces_[half.face], g = faces_[other.face];
   const std::uint32_t k = half.edge, j = other.edge;
-  const std::uint32_t a = f.vertex[k], b = f.vertex[next(k)], c = f.vertex[before(k)], d = g.vertex[before(j)];
-  faces_[half.face] = {{c, a, d}, {kNone, kNone, other.face}, {f.fixed[before(k)], g.fixed[next(j)], false}};
-  faces_[other.face] = {{d, b, c}, {kNone, kNone, half.face}, {g.fixed[before(j)], f.fixed[next(k)], false}};
+  const std::uint32_t a = f.vertex[k], b = f.vertex[after(k)], c = f.vertex[before(k)], d = g.vertex[before(j)];
+  faces_[half.face] = {{c, a, d}, {kNone, kNone, other.face}, {f.fixed[before(k)], g.fixed[after(j)], false}};
+  faces_[other.face] = {{d, b, c}, {kNone, kNone, half.face}, {g.fixed[before(j)], f.fixed[after(k)], false}};
   link(half.face, 0, f.beside[before(k)]);
-  link(half.face, 1, g.beside[next(j)]);
+  link(half.face, 1, g.beside[after(j)]);
   link(other.face, 0, g.beside[before(j)]);
-  link(other.face, 1, f.beside[next(k)]);
+  link(other.face, 1, f.beside[after(k)]);
   face_at_[a] = face_at_[c] = face_at_[d] = half.face;
   face_at_[b] = other.face;
 }
@@ -186,7 +187,7 @@ PlaneTriangulation::Half PlaneTriangulation::find_edge(std::uint32_t a, std::uin
   Half found;
   around(a, [&](Half h) {
     const Triangle& t = faces_[h.face].vertex;
-    if (t[next(h.edge)] == b) {
+    if (t[after(h.edge)] == b) {
       found = h;
     } else if (t[before(h.edge)] == b)
       found = {h.face, before(h.edge)};
@@ -202,7 +203,7 @@ void PlaneTriangulation::march(Half crossing, std::uint32_t from, std::uint32_t 
       step->met = Met::wall;
       return;
     }
-    step->crossed.push_back({f.vertex[crossing.edge], f.vertex[next(crossing.edge)]});
+    step->crossed.push_back({f.vertex[crossing.edge], f.vertex[after(crossing.edge)]});
     const Half other = twin(crossing);
     const std::uint32_t apex = faces_[other.face].vertex[before(other.edge)];
     const std::int64_t side = turn(from, to, apex);
@@ -211,7 +212,7 @@ void PlaneTriangulation::march(Half crossing, std::uint32_t from, std::uint32_t 
       return;
     }
     // The edge before the apex runs up to it, the one after away from it.
-    crossing = {other.face, side > 0 ? next(other.edge) : before(other.edge)};
+    crossing = {other.face, side > 0 ? after(other.edge) : before(other.edge)};
   }
 }
 
@@ -221,15 +222,15 @@ PlaneTriangulation::Step PlaneTriangulation::look(std::uint32_t from, std::uint3
   const Point &o = points_[from], &q = points_[to];
   around(from, [&](Half h) {
     const Triangle& t = faces_[h.face].vertex;
-    for (const std::uint32_t v : {t[next(h.edge)], t[before(h.edge)]}) {
+    for (const std::uint32_t v : {t[after(h.edge)], t[before(h.edge)]}) {
       const Point& p = points_[v];
       const bool ahead = std::int64_t{q.x - o.x} * (p.x - o.x) + std::int64_t{q.y - o.y} * (p.y - o.y) > 0;
       if (!ahead || turn(from, to, v) != 0) continue;
       step = {Met::vertex, v, {}};
       return true;
     }
-    if (turn(from, to, t[next(h.edge)]) >= 0 || turn(from, to, t[before(h.edge)]) <= 0) return false;
-    march({h.face, next(h.edge)}, from, to, &step);
+    if (turn(from, to, t[after(h.edge)]) >= 0 || turn(from, to, t[before(h.edge)]) <= 0) return false;
+    march({h.face, after(h.edge)}, from, to, &step);
     return true;
   });
   return step;
@@ -242,7 +243,7 @@ void PlaneTriangulation::clear_way(std::uint32_t from, std::uint32_t to, std::ve
     left.pop_front();
     const Half half = find_edge(a, b), other = twin(half);
     const std::uint32_t c = faces_[half.face].vertex[before(half.edge)], d = faces_[other.face].vertex[before(other.edge)];
-    const std::uint32_t start = faces_[half.face].vertex[half.edge], end = faces_[half.face].vertex[next(half.edge)];
+    const std::uint32_t start = faces_[half.face].vertex[half.edge], end = faces_[half.face].vertex[after(half.edge)];
     if (turn(d, c, start) <= 0 || turn(d, c, end) >= 0) {  // not convex yet
       left.push_back({a, b});
       continue;

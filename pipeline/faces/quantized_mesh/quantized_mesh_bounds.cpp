@@ -16,7 +16,6 @@ constexpr double kFar = 0x1p20;
 // for hidden.
 constexpr double kBeyond = 0x1p-7;
 
-double length(Vec3 v) { return std::sqrt(dot(v, v)); }
 Vec3 rounded(Vec3 p) {
   return {std::nearbyint(p.x / kStep_m) * kStep_m, std::nearbyint(p.y / kStep_m) * kStep_m,
           std::nearbyint(p.z / kStep_m) * kStep_m};
