@@ -28,10 +28,10 @@ std::size_t GlbBuffer::end_view(std::size_t start, int target) {
   return views.size() - 1;
 }
 
-std::size_t GlbBuffer::add_view(std::string_view added, int target) {
+std::size_t GlbBuffer::add_view(std::string_view added) {
   const std::size_t start = bytes.size();
   bytes += added;
-  return end_view(start, target);
+  return end_view(start, 0);
 }
 
 std::size_t GlbBuffer::add_accessor(int component, std::size_t count, const char* type) {

@@ -31,8 +31,7 @@ struct GlbBuffer {
   std::string bytes;
   Json views = Json::array(), accessors = Json::array();
 
-  /// target: kGltfVertices, kGltfIndices; 0: it is not said.
-  std::size_t add_view(std::string_view added, int target = 0);
+  std::size_t add_view(std::string_view added);
   /// Of what no view holds as it is.
   std::size_t add_accessor(int component, std::size_t count, const char* type);
   /// Vectors in a view of their own.
@@ -43,6 +42,7 @@ struct GlbBuffer {
   void add_bounds(std::span<const GltfVector> vectors);
 
  private:
+  /// target: kGltfVertices, kGltfIndices; 0: it is not said.
   std::size_t end_view(std::size_t start, int target);
   std::size_t add_accessor_of_view(int component, std::size_t count, const char* type);
 };

@@ -16,6 +16,6 @@ proto::Result<void> export_static(const faces::Terrain& terrain, const std::vect
                                   const std::string& folder, Existing other = Existing::replace, unsigned threads = 1);
 
 /// Whether export_static would take the folder: to be asked before hours of work.
-proto::Result<void> check_export_folder(const std::string& folder, Existing other = Existing::replace);
+proto::Result<void> check_export_folder(const std::string& folder, Existing other);
 
 }  // namespace cordillera::pipeline
