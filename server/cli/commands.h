@@ -17,6 +17,9 @@
 namespace cordillera::server {
 
 inline constexpr int kDone = 0, kFailed = 1, kUsage = 2;
+/// Of work and of clients, what failed for a reason that may pass: storage, a stage below that is not finished, a service that is
+/// away. sysexits.h calls it EX_TEMPFAIL.
+inline constexpr int kTryAgain = 75;
 
 /// cordillera serve. program: path of this binary; the viewer lies beside it. listening: told the port as soon as connections
 /// wait there.

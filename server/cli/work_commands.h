@@ -8,9 +8,6 @@
 
 namespace cordillera::server {
 
-/// A task that failed for a reason that may pass: storage, a stage below that is not finished. sysexits.h calls it EX_TEMPFAIL.
-inline constexpr int kTryAgain = 75;
-
 struct PlanLine {
   std::vector<std::string> sources;
   std::string folder;

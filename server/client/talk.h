@@ -9,9 +9,6 @@
 
 namespace cordillera::server::client {
 
-/// As `cordillera work` has it: trying again later may help.
-inline constexpr int kTryAgain = 75;
-
 /// How long a service may be away once it has been heard, since something last moved.
 inline constexpr std::chrono::seconds kPatience{120};
 

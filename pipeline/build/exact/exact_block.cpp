@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "gpu/exact/side_chain.h"
 #include "gpu/measure/upright.h"
 #include "pipeline/plan/block_grid.h"
 #include "pipeline/plan/ecef_step.h"
@@ -18,11 +19,11 @@
 namespace cordillera::pipeline {
 namespace {
 
+using gpu::exact::kSideReach;
 using gpu::exact::SideKind;
 
 constexpr double kMostTolerance_m = 16384;  // see gpu::exact::BlockLevel
 constexpr int kRimShare = 64;               // of the data's narrow side, for what rims may move
-constexpr int kSideReach = 3;               // rows beyond a shared side, likewise
 
 using proto::floor_divide;
 
