@@ -171,7 +171,7 @@ TEST_F(MeshFileOnDisk, AStreamThatThrowsWhereItFailsEndsNoProgram) {
   std::ofstream full("/dev/full");
   if (!full) GTEST_SKIP() << "no /dev/full here";
   full.exceptions(std::ios::badbit | std::ios::failbit);
-  for (const MeshFormat format : {MeshFormat::off, MeshFormat::obj, MeshFormat::ply}) {
+  for (const MeshFormat format : {MeshFormat::off, MeshFormat::obj, MeshFormat::ply_little_endian}) {
     MeshEncoding encoding;
     encoding.format = format;
     EXPECT_THROW(write_mesh(full, random_mesh(1), encoding), std::ios_base::failure);
