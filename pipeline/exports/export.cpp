@@ -1,13 +1,10 @@
 #include "pipeline/exports/export.h"
 
-#include <signal.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <filesystem>
 #include <fstream>
-#include <optional>
 #include <set>
 
 #include "pipeline/exports/folder_page.h"
@@ -16,7 +13,6 @@
 #include "pipeline/faces/batches.h"
 #include "pipeline/store/sqlite.h"
 #include "pipeline/tileset/manifest_json.h"
-#include "proto/numbers.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -29,29 +25,6 @@ constexpr const char* kAccepted = "a folder that is missing, empty or an earlier
 
 Problem write_problem(const std::string& folder, const std::string& why) {
   return {"export-write", "the folder " + folder + " cannot be written: " + why, kAccepted, "output"};
-}
-
-bool is_alive(pid_t process) { return kill(process, 0) == 0 || errno == EPERM; }
-
-/// The process of "out.partial-4711", of which `before` is "out.partial-". None where the name is another one.
-std::optional<pid_t> process_of(const std::string& name, const std::string& before) {
-  if (!name.starts_with(before)) return std::nullopt;
-  const auto process = proto::number<pid_t>(std::string_view(name).substr(before.size()));
-  return process && *process > 0 && before + std::to_string(*process) == name ? process : std::nullopt;
-}
-
-/// Removes what killed processes have left beside the folder; what cannot be removed does no harm. A number says nothing of
-/// processes of other machines and containers: a folder is for one export at a time.
-void remove_left_behind(const fs::path& target) {
-  const std::string before = target.filename().string() + kPartial;
-  std::error_code error;
-  std::vector<fs::path> left;
-  for (const auto& entry : fs::directory_iterator(target.parent_path(), error)) {
-    const auto process = process_of(entry.path().filename().string(), before);
-    if (process && !is_alive(*process) && entry.symlink_status(error).type() == fs::file_type::directory)
-      left.push_back(entry.path());
-  }
-  for (const fs::path& path : left) fs::remove_all(path, error);
 }
 
 // The temporary sibling; removed unless it was moved into place.
@@ -156,7 +129,7 @@ proto::Result<void> export_static(const faces::Terrain& terrain, const std::vect
   if (const auto usable = check_export_folder(folder, other); !usable) return usable;
   try {
     const fs::path target = (fs::absolute(folder) / "").lexically_normal().parent_path();  // without a slash at the end
-    remove_left_behind(target);
+    exports::remove_left_behind(target.parent_path(), target.filename().string() + kPartial, {""});
     Workplace work(target.string() + kPartial + std::to_string(getpid()));
     write_faces(terrain, chosen, threads, work);
     work.write("manifest.json", manifest_json(terrain.manifest()));

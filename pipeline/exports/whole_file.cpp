@@ -1,8 +1,14 @@
 #include "pipeline/exports/whole_file.h"
 
+#include <signal.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <optional>
+#include <vector>
+
 #include "pipeline/store/sqlite.h"
+#include "proto/numbers.h"
 
 namespace cordillera::pipeline::exports {
 namespace {
@@ -12,6 +18,16 @@ namespace fs = std::filesystem;
 proto::Problem unwritable(const std::string& path, const std::string& why) {
   return {"output-failed", "cannot write " + path + ": " + why,
           "a file in a folder that can be written, on a disk with free space", "--output"};
+}
+
+bool is_alive(pid_t process) { return kill(process, 0) == 0 || errno == EPERM; }
+
+/// The process of a name; none where the name is another one.
+std::optional<pid_t> process_of(std::string_view name, std::string_view before, std::string_view end) {
+  if (!name.starts_with(before) || !name.ends_with(end) || name.size() <= before.size() + end.size()) return std::nullopt;
+  const auto digits = name.substr(before.size(), name.size() - before.size() - end.size());
+  const auto process = proto::number<pid_t>(digits);
+  return process && *process > 0 && std::to_string(*process) == digits ? process : std::nullopt;
 }
 
 }  // namespace
@@ -38,15 +54,27 @@ proto::Result<void> check_output_file(const std::string& path, Existing other) {
   return {};
 }
 
+void remove_left_behind(const fs::path& folder, const std::string& before, std::initializer_list<const char*> ends) {
+  std::error_code error;
+  std::vector<fs::path> left;
+  for (const auto& entry : fs::directory_iterator(folder.empty() ? "." : folder, error)) {
+    for (const char* const end : ends) {
+      const auto process = process_of(entry.path().filename().string(), before, end);
+      if (process && !is_alive(*process) && !entry.is_symlink(error)) left.push_back(entry.path());
+    }
+  }
+  for (const fs::path& path : left) fs::remove_all(path, error);
+}
+
 proto::Result<void> write_export(const std::string& path, Existing other,
                                  const std::function<void(const fs::path& sibling)>& write) {
   if (const auto usable = check_output_file(path, other); !usable) return usable;
   std::error_code error;
   // A link goes on pointing to what it points to.
   const fs::path place = fs::is_symlink(path, error) ? fs::canonical(path, error) : fs::path(path);
-  const std::string name =
-      std::string(".").append(place.filename().string()).append(".").append(std::to_string(getpid())).append(".partial");
-  const TemporaryFile sibling(place.parent_path() / name);
+  const std::string before = "." + place.filename().string() + ".";
+  remove_left_behind(place.parent_path(), before, {".partial", ".partial.tiles", ".partial-journal"});
+  const TemporaryFile sibling(place.parent_path() / (before + std::to_string(getpid()) + ".partial"));
   fs::remove(sibling.path(), error);
   try {
     write(sibling.path());

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <initializer_list>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -28,9 +29,14 @@ faces::Document made(const faces::Terrain& terrain, const faces::Resource& resou
 /// Whether write_export would take the path: to be asked before hours of work.
 proto::Result<void> check_output_file(const std::string& path, Existing other);
 
+/// Removes what killed processes have left in a folder: files and folders called `before`, the number of the process, and one of
+/// `ends`. What cannot be removed does no harm. A number says nothing of processes of other machines and containers: a place is
+/// for one export at a time.
+void remove_left_behind(const std::filesystem::path& folder, const std::string& before, std::initializer_list<const char*> ends);
+
 /// Calls write with a sibling of path that does not exist yet, and moves it into place. What write throws (Refused, StoreError,
-/// the standard streams' and file system's failures) is a problem, and its file is gone. It does not wait for the disk, as
-/// raster::write_whole does: an export is made again from its store.
+/// the standard streams' and file system's failures) is a problem, and its file is gone, as are those of killed processes. It
+/// does not wait for the disk, as raster::write_whole does: an export is made again from its store.
 proto::Result<void> write_export(const std::string& path, Existing other,
                                  const std::function<void(const std::filesystem::path& sibling)>& write);
 

@@ -1,6 +1,7 @@
 // Archives of tiles, read back by their specifications and compared with what the faces make.
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -302,6 +303,24 @@ TEST(Archives, AppearWholeOrNotAtAll) {
   for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(file).parent_path())) {
     EXPECT_EQ(entry.path().filename().string().find("partial"), std::string::npos) << entry.path();
   }
+}
+
+TEST(Archives, WhatKilledProcessesLeftBesideThemGoes) {
+  const pid_t gone = fork();
+  if (gone == 0) _exit(0);
+  ASSERT_EQ(waitpid(gone, nullptr, 0), gone);
+  TemporaryFolder folder;
+  const std::string of_gone = ".a.pmtiles." + std::to_string(gone) + ".partial";
+  const std::vector<std::string> left = {of_gone, of_gone + ".tiles"};
+  const std::vector<std::string> kept = {".a.pmtiles." + std::to_string(getppid()) + ".partial", ".b" + of_gone,
+                                         of_gone + ".mine", ".a.pmtiles..partial"};
+  for (const auto* names : {&left, &kept}) {
+    for (const std::string& name : *names) std::ofstream(folder / name) << "x";
+  }
+  const std::string file = folder / "a.pmtiles";
+  ASSERT_TRUE(write_pmtiles(archived_dataset().terrain(), *faces::face_named("drc"), file).ok());
+  for (const std::string& name : left) EXPECT_FALSE(std::filesystem::exists(folder / name)) << name;
+  for (const std::string& name : kept) EXPECT_TRUE(std::filesystem::exists(folder / name)) << name;
 }
 
 TEST(Archives, ThatAreStoppedLeaveTheEarlierOneAndNothingElse) {
