@@ -1,4 +1,5 @@
 // The driver's library as far as the service asks it, for machines without a GPU: one card with 1000 MiB, 250 of them taken.
+#include <cstring>
 
 extern "C" {
 struct nvmlMemory {
