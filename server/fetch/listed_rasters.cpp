@@ -1,6 +1,7 @@
 #include "server/fetch/listed_rasters.h"
 
 #include "proto/utf8.h"
+#include "raster/storage/storage.h"
 #include "server/datasets/dataset_folder.h"
 #include "server/datasets/upload.h"
 #include "server/fetch/addresses.h"
