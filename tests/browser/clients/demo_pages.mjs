@@ -100,8 +100,38 @@ export async function try_imagery_pages({ browser, url, id, other, token, module
   return `${kWithImagery.join(", ")} lay them on`;
 }
 
+// Goes so near that finer tiles are wanted, and looks at every frame as the map draws it: is there nothing but its ground in the middle? The
+// finest zoom that there is so far.
+const watch_map = async (opened) => {
+  const coarse = await opened.page.evaluate(() => {
+    const { map } = globalThis.demo, gl = map.getCanvas().getContext("webgl2"), seen = (globalThis.seen = { frames: 0, bare: 0 });
+    const zoom = map.getSource("relief").maxzoom, ground = map.getPaintProperty("ground", "background-color").match(/[0-9a-f]{2}/g).map((part) => parseInt(part, 16));
+    map.jumpTo({ zoom });
+    map.on("render", () => {
+      const pixel = new Uint8Array(4);
+      gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+      gl.readPixels(gl.drawingBufferWidth / 2, gl.drawingBufferHeight / 2, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+      ++seen.frames;
+      if (ground.every((part, k) => Math.abs(part - pixel[k]) < 4)) ++seen.bare;
+    });
+    return zoom;
+  });
+  await come_to(opened, () => opened.page.evaluate(() => globalThis.demo.map.loaded() && globalThis.seen.frames > 0), "the map is not drawn");
+  assert.equal((await opened.page.evaluate(() => globalThis.seen)).bare, 0, "the map is bare before other tiles come");
+  return coarse;
+};
+
+async function was_never_bare(opened, coarse) {
+  const { frames, bare } = await opened.page.evaluate(() => globalThis.seen);
+  assert.equal(bare, 0, `the map was bare in ${bare} of ${frames} frames`);
+  const finest = Math.max(...opened.answered.map((one) => Number(/\/relief\/(\d+)\//.exec(one)?.[1] ?? 0)));
+  assert.ok(finest > coarse, `finer tiles were not asked for: zoom ${finest}, and ${coarse} before`);
+  await opened.page.evaluate(() => globalThis.demo.map.setLayoutProperty("relief", "visibility", "none"));
+  await come_to(opened, () => opened.page.evaluate(() => globalThis.seen.bare > 0), "a bare map is not noticed (control)");
+}
+
 // Pages of a dataset that is being built by the process job, which was stopped when its first tiles stood: final tiles take their place.
-const kFollowing = ["leaflet", "threejs"];
+const kFollowing = ["leaflet", "threejs", "maplibre"];
 export async function try_following_pages({ browser, url, id, job, modules }) {
   const open = (name) => open_client(browser, `${url}/v1/datasets/${id}/demo/${name}.html`, [url, kLibraryHost],
     { started: () => document.body.dataset.tiles, prepare: (page) => serve_libraries(page, modules) });
@@ -111,9 +141,11 @@ export async function try_following_pages({ browser, url, id, job, modules }) {
     assert.equal(await page.evaluate(() => document.body.dataset.tiles), "provisional", "the build is over already");
     assert.match(await page.textContent("#message"), /first look/);
   }
+  const map = opened[kFollowing.indexOf("maplibre")], coarse = await watch_map(map);
   process.kill(job, "SIGCONT");
   for (const one of opened) {
     await shown(one);
+    if (one === map) await was_never_bare(map, coarse);
     assert.equal(await one.page.textContent("#message"), "");
     assert.deepEqual(one.complaints, [], "the browser complained");
     await one.page.close();
