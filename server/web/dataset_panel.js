@@ -50,13 +50,14 @@ export function fill_failed_list(datasets, on_delete) {
   element("failed-all").onclick = () => failed.forEach(({ id }) => on_delete(id));
 }
 
+const metres = (value) => `${value >= 100 ? value.toFixed(0) : value >= 10 ? value.toFixed(1) : value.toFixed(2)} m`;
 // Of provisional tiles nobody knows the errors: null.
-const metres = (value) => (value === null ? "not known yet" : value >= 100 ? value.toFixed(0) : value >= 10 ? value.toFixed(1) : value.toFixed(2)) + " m";
+const kNotKnown = "not known yet";
 
 function level_row(level) {
   const row = document.createElement("tr");
   const cells = [level.level, level.tiles.toLocaleString("en"), level.triangles.toLocaleString("en"),
-    (level.composed ? "≤ " : "") + metres(level.stated_max_error), (level.rmse ?? null) === null ? "–" : metres(level.rmse)];
+    level.stated_max_error === null ? kNotKnown : (level.composed ? "≤ " : "") + metres(level.stated_max_error), (level.rmse ?? null) === null ? "–" : metres(level.rmse)];
   for (const text of cells) row.insertCell().textContent = text;
   return row;
 }
@@ -214,7 +215,7 @@ export function show_position(place, manifest, sea) {
     words.place = `${side(latitude, "NS")}, ${side(longitude, "EW")}`;
     if (undulation !== undefined) words["sea-height"] = `${(height - undulation).toFixed(1)} m above sea level (${sea.name})`;
     words["ellipsoid-height"] = `${height.toFixed(1)} m above the ellipsoid`;
-    if (level) words["place-error"] = `± ${metres(level.stated_max_error)} (level ${place.level})`;
+    if (level) words["place-error"] = `${level.stated_max_error === null ? `error ${kNotKnown}` : `± ${metres(level.stated_max_error)}`} (level ${place.level})`;
   }
   for (const [id, text] of Object.entries(words)) element(id).textContent = text;
 }
