@@ -60,29 +60,30 @@ async function listen(hear) {
 }
 
 let manifest = null, formats = [];  // formats: what the dataset has; all of them, but for folders and archives of finished tiles
-const kFirstLook = "A first look: finer tiles", kProvisional = `${kFirstLook} take its place when the build is done.`;
+let progress = {};  // what was last told of the build
 function show_manifest(read) {
   manifest = read;
   document.title = `${read.title || read.name || id} · ${kClients[here]}`;
   element("attribution").textContent = read.attribution || "";
-  say(read.provisional ? kProvisional : "");
+  say(read.provisional ? first_look() : "");
 }
 
 // Of a lazy dataset nobody knows an end, but what is made of it.
-function show_progress({ stage, share, build }) {
-  const percent = (part) => `${Math.floor(100 * part)} %`;
-  if (build === "lazy") say(`${kFirstLook} are made where you look. ${percent(manifest.done_blocks?.share ?? 0)} of the terrain is made so far.`);
-  else if (share > 0) say(`${kProvisional} ${stage}, ${percent(share)}`);
+function first_look() {
+  const { stage, share, build } = progress, words = "A first look: finer tiles", percent = (part) => `${Math.floor(100 * part)} %`;
+  if (build === "lazy") return `${words} are made where you look. ${percent(manifest.done_blocks?.share ?? 0)} of the terrain is made so far.`;
+  return `${words} take its place when the build is done.${share > 0 ? ` ${stage}, ${percent(share)}` : ""}`;
 }
 
 // Calls reload() whenever other tiles stand at the addresses that were read: finer provisional ones, those of blocks that are done, then the
 // final ones. Those that come while it loads are read together afterwards.
 async function follow(reload) {
-  let turn = Promise.resolve(), due = false, progress = null;
+  let turn = Promise.resolve(), due = false;
   const known = ({ provisional, levels, tiles }) => `${provisional} ${levels.at(-1).level} ${tiles}`;
   let seen = known({ provisional: true, levels: [{ level: manifest.max_level }], tiles: manifest.tiles });
   await listen((name, data) => {
-    if (name === "progress") show_progress(progress = data);
+    if (name === "progress") progress = data;
+    if (name === "progress" && manifest.provisional) say(first_look());
     if (name === "failed") say(data.detail || "The build failed.");
     if (name !== "tiles" || known(data) === seen) return;
     seen = known(data);
@@ -91,7 +92,6 @@ async function follow(reload) {
     turn = turn.then(async () => {
       due = false;
       show_manifest(await fetch_json("manifest.json"));
-      if (manifest.provisional && progress) show_progress(progress);
       await reload();
       document.body.dataset.tiles = manifest.provisional ? "provisional" : "final";
     });
@@ -107,6 +107,7 @@ async function start({ show, reload }) {
     await new Promise((seen) => listen((name) => { if (["tiles", "ready", "failed"].includes(name)) seen(); }));
   }
   if (status.asleep) say("Nobody has looked at this dataset for long. It is made again.");
+  progress = { build: status.build };
   const read = await fetch_json("manifest.json");
   formats = (status.faces ?? (await fetch_json("../" + id)).faces ?? []).map(({ name }) => name);
   show_manifest(read);

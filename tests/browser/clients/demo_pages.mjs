@@ -157,8 +157,16 @@ export async function try_following_pages({ browser, url, id, job, modules }) {
 // the places that lie at these shares of its width.
 const kLooks = [0.2, 0.8];
 export async function try_lazy_page({ browser, url, id, modules }) {
-  const opened = await open_client(browser, `${url}/v1/datasets/${id}/demo/leaflet.html`, [url, kLibraryHost],
-    { started: () => document.body.dataset.tiles, prepare: (page) => serve_libraries(page, modules) });
+  let hear;
+  const heard = new Promise((then) => { hear = then; });
+  const opened = await open_client(browser, `${url}/v1/datasets/${id}/demo/leaflet.html`, [url, kLibraryHost], {
+    started: () => document.body.dataset.tiles,
+    prepare: async (page) => {
+      await serve_libraries(page, modules);
+      await page.route("**/events", (route) => heard.then(() => route.continue()));
+    } });
+  assert.match(await opened.page.textContent("#message"), /made where you look/, "before the first event, too");
+  hear();
   const { page, answered } = opened, at = `${url}/v1/datasets/${id}`, read = () => answered.filter((one) => one === `${at}/manifest.json`).length;
   const { bounds: [west, south, east, north], done_blocks: { level } } = await (await fetch(`${at}/manifest.json`)).json(), side = 180 / 2 ** level;
   for (const across of kLooks) {
