@@ -20,6 +20,10 @@ inline std::string finest_store(const proto::TileAddress& block) {
   return kFinestStore + std::to_string(block.z) + "-" + std::to_string(block.x) + "-" + std::to_string(block.y);
 }
 inline bool is_finest_store(const std::string& name) { return name.starts_with(kFinestStore); }
+/// Behind the name of such a store while it is written.
+inline constexpr const char* kBeingWritten = "-next";
+/// Tiles that were asked for lately, for the job.
+inline constexpr const char* kLookedAtFile = "looked-at";
 
 /// The file that says which blocks of a raster are there while it is fetched by ranges. Without it nothing of the raster is.
 inline std::filesystem::path map_of(const std::filesystem::path& raster) { return raster.string() + ".blocks"; }

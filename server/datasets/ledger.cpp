@@ -64,6 +64,12 @@ proto::Result<std::optional<proto::DatasetVersion>> served_in(const fs::path& fo
   return version;
 }
 
+/// Whether a file is part of what is shown of a first version while that is made, or says where people look. What is still being
+/// written is not.
+bool is_shown(const std::string& name) {
+  return name == kProvisionalStore || name == kLookedAtFile || (is_finest_store(name) && name.find(kBeingWritten) == name.npos);
+}
+
 proto::Result<void> write_file(const fs::path& folder, const proto::SourceChanges& changes) {
   const auto written = raster::write_whole((folder / kChangesFile).string(), with_sum(to_json_line(changes)));
   if (written.ok()) return {};
@@ -279,10 +285,12 @@ void Ledger::tidy(const std::string& id, std::size_t keep) {
   // What is being built goes on there.
   if (changes->pending_size() > 0)
     named.insert({folder / kTargetFile, folder / kJobFile, folder / kNextStore, folder / (std::string(kNextStore) + "-wal")});
+  const bool shows_first = changes->pending_size() > 0 && !*served;
   std::error_code ignored;
   for (const fs::path& place : places) {
     for (const auto& entry : fs::directory_iterator(place, ignored)) {
-      if (!named.contains(entry.path())) fs::remove_all(entry.path(), ignored);
+      const bool shown = shows_first && place == folder && is_shown(entry.path().filename().string());
+      if (!shown && !named.contains(entry.path())) fs::remove_all(entry.path(), ignored);
     }
   }
 }

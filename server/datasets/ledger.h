@@ -74,7 +74,7 @@ class Ledger {
   /// The first change came to its end.
   proto::Result<void> end(const std::string& id, const std::string& change, const std::optional<proto::Problem>& problem);
   /// Removes what neither a version nor a pending change names; versions/ keeps the newest `keep`. Where it cannot be told what
-  /// they name, no raster goes.
+  /// they name, no raster goes. What is shown of a first version while it is made stays.
   void tidy(const std::string& id, std::size_t keep);
   /// Runs while no change comes or goes.
   void apart(const std::function<void()>& work);

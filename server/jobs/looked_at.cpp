@@ -6,7 +6,6 @@
 namespace cordillera::server {
 namespace {
 
-constexpr const char* kNotesFile = "looked-at";
 constexpr std::size_t kMostTiles = 64;  // what a screen shows
 constexpr auto kBetweenNotes = std::chrono::milliseconds(50);
 
@@ -15,7 +14,7 @@ constexpr auto kBetweenNotes = std::chrono::milliseconds(50);
 void LookedAt::note(const std::string& id, const std::vector<proto::TileAddress>& asked, Tell tell) {
   std::error_code ignored;
   if (!std::filesystem::exists(layout_.provisional(id), ignored)) return;  // its build has ended meanwhile
-  const std::filesystem::path folder = layout_.dataset(id), next = folder / (std::string(kNotesFile) + "-next");
+  const std::filesystem::path folder = layout_.dataset(id), next = folder / (std::string(kLookedAtFile) + kBeingWritten);
   const std::lock_guard lock(mutex_);
   const auto [dataset, added] = datasets_.try_emplace(id);
   Tiles& tiles = dataset->second;
@@ -37,7 +36,7 @@ void LookedAt::note(const std::string& id, const std::vector<proto::TileAddress>
     file.close();
     if (!file) return;  // a disk that is full, or a folder that is gone: what was told before stays
   }
-  std::filesystem::rename(next, folder / kNotesFile, ignored);
+  std::filesystem::rename(next, folder / kLookedAtFile, ignored);
 }
 
 bool LookedAt::any_of(const std::string& id, const std::function<bool(const proto::TileAddress&)>& is) const {
@@ -53,7 +52,7 @@ void LookedAt::forget(const std::string& id) {
 
 std::vector<proto::TileAddress> read_looked_at(const std::filesystem::path& folder) {
   std::vector<proto::TileAddress> tiles;
-  std::ifstream file(folder / kNotesFile);
+  std::ifstream file(folder / kLookedAtFile);
   for (proto::TileAddress tile; tiles.size() < kMostTiles && file >> tile.z >> tile.x >> tile.y;) tiles.push_back(tile);
   return tiles;
 }

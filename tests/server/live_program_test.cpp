@@ -95,13 +95,15 @@ TEST_F(LiveProgram, AKilledJobLeavesThemAndGoesOn) {
 }
 
 TEST_F(LiveProgram, AKilledServerServesThemAgain) {
-  const std::string id = posted();
-  server_.end(SIGKILL);
-  std::ofstream(folder_of(id) / kNextProvisional) << "half of a store";
-  start_server();
-  EXPECT_THAT(head(id, "/tileset.json"), HasSubstr("200 OK"));
-  ASSERT_TRUE(is_ready(id)) << server_.log();
-  EXPECT_FALSE(std::filesystem::exists(folder_of(id) / kNextProvisional));
+  for (const char* options : {"&error=2", "&error=2&updates=1"}) {
+    const std::string id = posted(options);
+    server_.end(SIGKILL);
+    std::ofstream(folder_of(id) / kNextProvisional) << "half of a store";
+    start_server();
+    EXPECT_THAT(head(id, "/tileset.json"), HasSubstr("200 OK")) << options;
+    ASSERT_TRUE(is_ready(id)) << options << server_.log();
+    EXPECT_FALSE(std::filesystem::exists(folder_of(id) / kNextProvisional)) << options;
+  }
 }
 
 // One build at a time: rasters of a dataset that can be changed are looked at while it waits for its turn, too.
@@ -203,6 +205,19 @@ TEST_F(LazyProgram, RastersThatCanBeChangedToo) {
   EXPECT_EQ(bytes(id), bytes(full));
   EXPECT_FALSE(is_there(id, finest(kAway_deg))) << "nobody has looked there";
   EXPECT_EQ(status(id)["state"], "running");
+  Json made;
+  ASSERT_TRUE(eventually([&] { return (made = get(id, "/manifest.json")["done_blocks"])["x"].size() == 2; }))
+      << "there somebody has by now\n"
+      << server_.log();
+  server_.end(SIGTERM);
+  const auto left = finest_store({1, 0, 0}) + kBeingWritten;
+  for (const std::string& unfinished : {std::string(kNextProvisional), left, left + "-wal"})
+    std::ofstream(folder_of(id) / unfinished) << "half of a store";
+  server_.start(folder_.path(), {"--max-wait", "500"});
+  EXPECT_EQ(get(id, "/manifest.json")["done_blocks"], made) << "what was shown is shown again";
+  EXPECT_TRUE(is_there(id, finest(-kAway_deg)));
+  for (const std::string& unfinished : {std::string(kNextProvisional), left, left + "-wal"})
+    EXPECT_FALSE(std::filesystem::exists(folder_of(id) / unfinished)) << unfinished;
   const Json change = curl("--data-binary @" + raster_ + " -H 'Prefer: wait=500' '" + server_.base() + "/v1/datasets/" + id +
                            "/sources?name=again.asc&crs=EPSG:4326'");
   EXPECT_EQ(change.value("state", ""), "done") << change << server_.log();

@@ -21,7 +21,6 @@ constexpr auto kLeastPause = std::chrono::milliseconds(1500);
 constexpr int kShareOfBuild = 4;  // of the time so far, or more, unless somebody looks at a block that is done
 constexpr int kTimesStep = 10;    // of the processor time that the last one took
 constexpr auto kLeastLazyPause = std::chrono::milliseconds(500);
-constexpr const char* kBeingWritten = "-next";
 constexpr std::uintmax_t kTimesStore = 3;  // room for the next step, and as much again for the build
 
 /// Of this thread: beside a build on all threads a step takes longer than it costs.
