@@ -109,13 +109,14 @@ inline constexpr std::size_t kMostLooks = 64;
 struct Awaited {
   std::vector<proto::TileAddress> tiles;  ///< that are looked at for as long
   /// Whether what is shown of the dataset still lacks something that is waited for. shown: null where nothing is shown yet.
-  std::function<bool(const Dataset& dataset, const proto::Manifest* shown)> lacks;
+  std::function<bool(const Dataset& dataset, const pipeline::faces::Terrain* shown)> lacks;
   std::optional<proto::TileAddress> alone{};  ///< the answer is made of this tile and of no other
 };
 /// All of the tiles, in their final form.
 Awaited all_of(std::vector<proto::TileAddress> tiles);
-/// An answer that is still to come: when all is there the API is asked anew, and when the time is over it is not_made_yet().
-/// None: the request is not to wait, has waited, or too many do.
+/// An answer that is still to come: when all is there the API is asked anew. When the time is over it is asked anew, too, if the
+/// client named no time and something is shown by then; else the answer is not_made_yet(). None: the request is not to wait, has
+/// waited, or too many do.
 std::optional<Response> wait_for(Service& service, const Request& request, const Dataset& dataset, const MayWait& wait,
                                  Awaited awaited);
 /// A request of /v1/live, as one of the dataset that its address and its options name; where there is none yet it is made.
@@ -125,10 +126,11 @@ struct Live {
   std::optional<Response> answer;  ///< that says it already
 };
 Live live_dataset(Service& service, const Request& request, const Route& route);
-/// Until something of the dataset can be read, a tile in its final form, within the limit; then the API is asked anew. None: it
-/// can be read, or will never be, or was waited for.
+/// Until something of the dataset can be read, within the limit; then the API is asked anew. Who asks for a tile waits for it, or
+/// for what stands in its place: awaited_tile(). None: it can be read, or will never be, or was waited for.
 std::optional<Response> wait_until_read(Service& service, const Request& request, const Dataset& dataset, const Route& route);
-/// What who asks for a tile waits for; none of a document.
+/// What who asks for a tile waits for; none of a document. Who names a time (Prefer: wait) waits for its final form, others for
+/// that or for a provisional tile in its place.
 std::optional<Awaited> awaited_tile(const Request& request, const Route& route);
 /// What has this tile of the finest level in its final form although its block is not done; null: nothing.
 std::shared_ptr<const pipeline::faces::Terrain> ahead_of_block(Library& library, const std::string& id,

@@ -140,7 +140,7 @@ Response led_to(const std::string& location) {
 std::optional<Response> wait_until_read(Service& service, const Request& request, const Dataset& dataset, const Route& route) {
   if (request.waited || (dataset.state != State::queued && dataset.state != State::running)) return std::nullopt;
   if (service.library().provisional(dataset.id)) return std::nullopt;
-  auto awaited = awaited_tile(request, route).value_or(Awaited{{}, [](const Dataset&, const proto::Manifest* shown) {
+  auto awaited = awaited_tile(request, route).value_or(Awaited{{}, [](const Dataset&, const pipeline::faces::Terrain* shown) {
                                                                  return shown == nullptr;
                                                                }});
   auto later = wait_for(service, request, dataset, may_wait(service.settings().serve.limits, request), std::move(awaited));

@@ -12,6 +12,7 @@
 #include "pipeline/tileset/manifest_json.h"
 #include "server/api/api.h"
 #include "server/api/documents/web.h"
+#include "server/api/requests/prefer.h"
 #include "server/http/gzip.h"
 #include "server/http/json.h"
 #include "server/jobs/provisional.h"
@@ -208,6 +209,14 @@ bool lacks(const Dataset& dataset, const proto::Manifest* shown, const Route& ro
   return offered && is_to_come(dataset, shown, tile);
 }
 
+/// Whether a provisional tile stands there. Pictures are made of the finest level that covers them, meshes of their own.
+bool has_stand_in(const pipeline::faces::Terrain& shown, const Route& route, const proto::TileAddress& tile) {
+  const pipeline::faces::Resource& resource = *route.found.resource;
+  const bool is_picture = resource.type.starts_with("image/") || resource.type == pipeline::faces::kVectorTile;
+  if (is_picture) return route.found.place.z <= levels_of(shown.manifest(), resource).last;
+  return shown.store().record(tile).has_value();
+}
+
 /// Whether the answer is made of the tile alone. Textures of normals are made of finer tiles, too.
 bool is_of_tile_alone(const Request& request, const Route& route) {
   return route.found.resource->tag != nullptr && asked(request, "normals") != "texture";
@@ -345,8 +354,10 @@ Opened open_readable(Service& service, const Dataset& dataset, const Route& rout
 std::optional<Awaited> awaited_tile(const Request& request, const Route& route) {
   const auto tile = tile_of(route);
   if (!tile || route.found.resource->path.ends_with(kSubtree)) return std::nullopt;
-  Awaited awaited{{*tile}, [route, tile = *tile](const Dataset& dataset, const proto::Manifest* shown) {
-                    return lacks(dataset, shown, route, tile);
+  const bool takes_stand_in = !preferred_wait(request);
+  Awaited awaited{{*tile}, [route, tile = *tile, takes_stand_in](const Dataset& dataset, const pipeline::faces::Terrain* shown) {
+                    if (shown != nullptr && takes_stand_in && has_stand_in(*shown, route, tile)) return false;
+                    return lacks(dataset, shown == nullptr ? nullptr : &shown->manifest(), route, tile);
                   }};
   if (is_of_tile_alone(request, route)) awaited.alone = tile;
   return awaited;

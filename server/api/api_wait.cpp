@@ -25,7 +25,7 @@ class TileWait {
     seen_ = changes;
     if ((news || looks) && !lacks(looks)) return over("made", anew());
     if (patience == Patience::none) return over("left", refusal());
-    if (service_.stopping() || Clock::now() - began_ >= wait_.longest) return over("timeout", refusal());
+    if (service_.stopping() || Clock::now() - began_ >= wait_.longest) return over("timeout", at_the_end());
     return std::nullopt;
   }
 
@@ -35,7 +35,7 @@ class TileWait {
     const Row dataset = service_.find(id_);
     if (!dataset || dataset->state == State::ready || dataset->state == State::failed) return false;
     const auto terrain = service_.library().provisional(id_);
-    if (!awaited_.lacks(*dataset, terrain ? &terrain->manifest() : nullptr)) return false;
+    if (!awaited_.lacks(*dataset, terrain.get())) return false;
     if (terrain && awaited_.alone && ahead_of_block(service_.library(), id_, terrain->manifest(), *awaited_.alone)) return false;
     if (!terrain || !looks) return true;
     looked_ = Clock::now();
@@ -46,6 +46,11 @@ class TileWait {
     }
     service_.queue().look_again(*dataset, std::move(to_come), terrain->manifest());
     return true;
+  }
+
+  /// Who names no time gets what there is by then.
+  Response at_the_end() const {
+    return !wait_.preferred && !service_.stopping() && service_.library().provisional(id_) ? anew() : refusal();
   }
 
   Response refusal() const {
@@ -99,9 +104,10 @@ std::optional<Response> wait_for(Service& service, const Request& request, const
 }
 
 Awaited all_of(std::vector<proto::TileAddress> tiles) {
-  const auto lacks = [tiles](const Dataset& dataset, const proto::Manifest* shown) {
-    return std::any_of(tiles.begin(), tiles.end(),
-                       [&](const proto::TileAddress& tile) { return is_to_come(dataset, shown, tile); });
+  const auto lacks = [tiles](const Dataset& dataset, const pipeline::faces::Terrain* shown) {
+    return std::any_of(tiles.begin(), tiles.end(), [&](const proto::TileAddress& tile) {
+      return is_to_come(dataset, shown == nullptr ? nullptr : &shown->manifest(), tile);
+    });
   };
   return {std::move(tiles), lacks};
 }

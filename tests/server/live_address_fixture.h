@@ -117,10 +117,10 @@ class ByRanges : public LiveAddress {
     return file_text(file);
   }
   std::string sought() const { return query(kCog, "&max_level=11"); }
-  /// Of the finest level.
-  static std::string tile_at(double longitude_deg, double latitude_deg) {
-    const double tiles = std::ldexp(1, 11) / 180;
-    return "/tiles/11/" + std::to_string(static_cast<int>((180 + longitude_deg) * tiles)) + "/" +
+  /// Of the finest level, or another.
+  static std::string tile_at(double longitude_deg, double latitude_deg, int level = 11) {
+    const double tiles = std::ldexp(1, level) / 180;
+    return "/tiles/" + std::to_string(level) + "/" + std::to_string(static_cast<int>((180 + longitude_deg) * tiles)) + "/" +
            std::to_string(static_cast<int>((90 + latitude_deg) * tiles)) + ".drc";
   }
   std::string final_tile(const std::string& id, const std::string& tile) {

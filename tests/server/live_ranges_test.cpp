@@ -36,6 +36,20 @@ TEST_F(ByRanges, OfALargeCogOnlyWhatIsLookedAtComes) {
   EXPECT_FALSE(fs::exists(folder_of(id)));
 }
 
+TEST_F(ByRanges, TheFirstRequestForATileGetsAProvisionalOneAsSoonAsItIsThere) {
+  start();
+  const std::string id = id_of(sought());
+  Json blocks;
+  ASSERT_TRUE(eventually([&] { return (blocks = json("/v1/datasets/" + id + "/manifest.json")["done_blocks"]).is_object(); }));
+  const std::string coarse = tile_at(11.5, 46.6, blocks["level"]), fine = tile_at(11.5, 46.6),
+                    is = "Cordillera-Provisional: true";
+  EXPECT_THAT(whole("/v1/live" + coarse + sought() + "&title=one"), AllOf(HasSubstr("200 OK"), HasSubstr(is)));
+  EXPECT_THAT(whole("/v1/live" + fine + sought() + "&title=two"), AllOf(HasSubstr("200 OK"), Not(HasSubstr(is))))
+      << "nothing stands in its place";
+  EXPECT_THAT(whole("/v1/live" + coarse + sought() + "&title=three", "-H 'Prefer: wait=500'"),
+              AllOf(HasSubstr("200 OK"), Not(HasSubstr(is))));
+}
+
 TEST_F(ByRanges, AnAddressIsPostedToo) {
   start();
   const auto post = [&](const std::string& options) {

@@ -10,6 +10,7 @@
 
 #include "front_fixture.h"
 #include "live_fixture.h"
+#include "pipeline/store/mesh_files.h"
 
 namespace cordillera::server {
 namespace {
@@ -50,6 +51,37 @@ TEST_F(LiveWait, AFineTileOfALazyDatasetIsWaitedFor) {
   EXPECT_EQ(answer.header("ETag"), test_.get(at(id, kFine)).header("ETag"));
   EXPECT_EQ(waiting(), 0);
   EXPECT_TRUE(counts("made", 1)) << test_.service().metrics().text();
+}
+
+/// A finer step of provisional tiles, in place of the first.
+void make_finer_step(const std::string& path, const std::string& id) {
+  proto::Plan plan;
+  plan.set_finest_level(1);
+  for (const std::uint32_t level : {1u, 0u}) plan.add_levels()->set_level(level);
+  pipeline::FinishedTask task;
+  task.tiles = {test_tile(1, 1, 1), test_tile(0, 0, 0)};
+  task.tiles[0].drc = "provisional drc of 1";
+  proto::Manifest manifest;
+  manifest.set_id(id);
+  manifest.set_max_level(1);
+  manifest.set_provisional(true);
+  pipeline::remove_store(path);
+  auto writer = pipeline::StoreWriter::open(path, plan);
+  ASSERT_TRUE(writer.ok() && (*writer)->commit(task).ok() && (*writer)->publish(manifest).ok());
+}
+
+TEST_F(LiveWait, AProvisionalTileEndsTheWaitOfWhoNamesNoTime) {
+  const std::string id = posted({{"build", "lazy"}});
+  Response any = test_.get(at(id, kFine)), final = test_.get(at(id, kFine), prefer("wait=10"));
+  ASSERT_TRUE(any.later && final.later);
+  make_finer_step(test_.service().layout().provisional(id).string(), id);
+  test_.service().library().forget(id);  // as when its job tells of it
+  any = TestService::settled(std::move(any));
+  EXPECT_EQ(any.body, "provisional drc of 1");
+  EXPECT_EQ(any.header("Cordillera-Provisional"), "true");
+  EXPECT_FALSE(final.later(Patience::more).has_value()) << "who names a time wants the final one";
+  tell_job(id, "go");
+  EXPECT_EQ(TestService::settled(std::move(final)).body, "drc of 1");
 }
 
 TEST_F(LiveWait, AFinestTileIsAnsweredBeforeItsBlockIsDone) {
