@@ -66,6 +66,7 @@ proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& p
   *manifest.mutable_options() = effective(request, plan, source, machine);
   manifest.mutable_options()->set_name(manifest.name());
   manifest.mutable_options()->set_title(manifest.title());
+  if (request.at_once) manifest.set_at_once(true);
   manifest.set_min_level(plan.min_level());
   manifest.set_max_level(plan.finest_level());
   const proto::Lattice lattice = lattice_of(plan);

@@ -53,6 +53,7 @@ struct BuildRequest {
   std::vector<raster::MosaicMember> members{};  ///< several rasters, the one that wins first
   std::shared_ptr<const raster::Decimation>
       decimation{};                   ///< read in place of the one raster's pixels: what is built is provisional
+  bool at_once = false;               ///< goes into the manifest of what is provisional
   BlockFollower* follower = nullptr;  ///< outlives the build; may be null
 };
 

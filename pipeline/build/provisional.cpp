@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "pipeline/build/sharpen.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/plan/plan_options.h"
 #include "pipeline/threads/workers.h"
@@ -122,7 +123,7 @@ proto::Result<std::optional<BuildRequest>> provisional_request(const BuildReques
   return std::optional(std::move(small));
 }
 
-proto::Result<std::int64_t> samples_of_block_level(const BuildRequest& request, raster::Source& source) {
+proto::Result<BlockLevel> block_level_of(const BuildRequest& request, raster::Source& source) {
   BuildRequest planned = request;
   if (planned.options.keep_size() > 0) {  // shares are of waves, whose blocks do not depend on them
     planned.options.clear_keep();
@@ -132,7 +133,8 @@ proto::Result<std::int64_t> samples_of_block_level(const BuildRequest& request, 
   planned.options.set_error(kGreatestError_m);
   const auto plan = plan_of(planned, source);
   if (!plan.ok()) return plan.problem();
-  return samples_at(source, static_cast<int>(plan->block_level()));
+  const int level = static_cast<int>(plan->block_level());
+  return BlockLevel{level, samples_at(source, level), has_blocks_to_show(*plan)};
 }
 
 std::optional<double> stated_error_m(const proto::Manifest& manifest, int level) {

@@ -21,8 +21,14 @@ proto::Result<std::optional<int>> provisional_level(const BuildRequest& request,
                                                     std::int64_t most_samples);
 
 /// How many samples the raster has at the level of the build's blocks: with so many, tiles of blocks can take their places one by
-/// one. Reads no pixel.
-proto::Result<std::int64_t> samples_of_block_level(const BuildRequest& request, raster::Source& source);
+/// one, if has_blocks_to_show().
+struct BlockLevel {
+  int level = 0;
+  std::int64_t samples = 0;
+  bool has_blocks_to_show = false;
+};
+/// Reads no pixel.
+proto::Result<BlockLevel> block_level_of(const BuildRequest& request, raster::Source& source);
 
 /// Rasters that are opened for a first picture.
 inline constexpr std::size_t kMostLookedAt = 2000;

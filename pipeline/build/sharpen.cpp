@@ -54,9 +54,13 @@ proto::Result<void> copy_beside(const StoreReader& store, const proto::Plan& pla
 
 }  // namespace
 
-bool can_show_blocks(const proto::Plan& plan, const proto::Manifest& provisional) {
+bool has_blocks_to_show(const proto::Plan& plan) {
   const bool water = plan.options().has_water() || !plan.options().water_mask().empty();
-  return provisional.provisional() && !water && has_levels_above(plan) && provisional.max_level() >= plan.block_level() &&
+  return !water && has_levels_above(plan);
+}
+
+bool can_show_blocks(const proto::Plan& plan, const proto::Manifest& provisional) {
+  return provisional.provisional() && has_blocks_to_show(plan) && provisional.max_level() >= plan.block_level() &&
          provisional.min_level() == plan.min_level();
 }
 

@@ -9,9 +9,11 @@
 
 namespace cordillera::pipeline {
 
-/// Whether final tiles of the plan's blocks can stand in a provisional dataset: it reaches down to the level of the blocks, so
-/// that every tile has either all of its children or none; there are several blocks; and there are no water masks, which are made
-/// at a build's end.
+/// Whether there are several blocks, and no water masks, which are made at a build's end.
+bool has_blocks_to_show(const proto::Plan& plan);
+
+/// Whether final tiles of the plan's blocks can stand in a provisional dataset: there are some to show, and it reaches down to
+/// their level, so that every tile has either all of its children or none.
 bool can_show_blocks(const proto::Plan& plan, const proto::Manifest& provisional);
 
 /// Blocks of which a provisional dataset has the final tiles.

@@ -167,6 +167,10 @@ Response describe_dataset(Service& service, const Request& request, const Datase
 /// Whether blocks are made as their tiles are asked for. Those that cannot be shown one by one are made at once, whatever was
 /// asked for.
 bool is_built_lazily(Service& service, const Dataset& dataset);
+/// The same as far as it is known: also before blocks are made, of what is to be lazy and not said to be shown at once.
+bool may_be_built_lazily(Service& service, const Dataset& dataset);
+/// The same of what can be read by now, or is asleep: as far as is known, nothing more is built before somebody reads it.
+bool is_shown_lazily(Service& service, const Dataset& dataset);
 /// State, progress, error, links and, once it is ready, a summary. path: the dataset's, as the client sees it (public_path).
 Json status_json(Service& service, const Dataset& dataset, const std::string& path);
 

@@ -27,10 +27,10 @@ proto::Job dry_job(const Posting& posting, const Upload& upload) {
   return job;
 }
 
-/// Or can be read, where nothing more is to be built before somebody reads it.
+/// Or can be read, where as far as is known nothing more is to be built before somebody reads it.
 bool is_built(Service& service, const std::string& id) {
   const auto dataset = service.registry().find(id);
-  return !dataset || dataset->state == State::ready || dataset->state == State::failed || is_built_lazily(service, *dataset);
+  return !dataset || dataset->state == State::ready || dataset->state == State::failed || is_shown_lazily(service, *dataset);
 }
 
 /// The answer to a POST whose dataset exists, as it is now.

@@ -184,7 +184,7 @@ class EventStream {
     if (dataset->state == State::failed) return event_text("failed", problem_json(dataset->problem.value_or(proto::Problem{})));
     Json data = progress_json(*dataset, with_tiles_told(service_, *dataset, now), place_);
     data["state"] = to_string(dataset->state);
-    if (is_built_lazily(service_, *dataset)) data["build"] = kLazy;
+    if (is_shown_lazily(service_, *dataset)) data["build"] = kLazy;
     return tiles + event_text("progress", data);
   }
 
@@ -230,6 +230,20 @@ bool is_built_lazily(Service& service, const Dataset& dataset) {
   return shown && shown->manifest().has_done_blocks();
 }
 
+bool may_be_built_lazily(Service& service, const Dataset& dataset) {
+  if (is_built_lazily(service, dataset)) return true;
+  const auto shown = service.library().provisional(dataset.id);
+  if (!is_lazy(dataset) || (shown && shown->manifest().at_once())) return false;
+  const auto now = service.hub().now(dataset.id);
+  const std::string stage = now.progress ? now.progress->stage() : "";
+  return stage != "build" && stage != "merge" && stage != "publish";  // else there would be blocks
+}
+
+bool is_shown_lazily(Service& service, const Dataset& dataset) {
+  const bool shown = service.library().provisional(dataset.id) != nullptr || service.live().is_asleep(dataset.id);
+  return shown && may_be_built_lazily(service, dataset);
+}
+
 Json status_json(Service& service, const Dataset& dataset, const std::string& path) {
   Json json;
   json["id"] = dataset.id;
@@ -248,11 +262,7 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pa
   json["provisional"] = provisional;
   json["asleep"] = building && service.live().is_asleep(dataset.id);
   json["source"] = dataset.address.empty() ? Json(nullptr) : Json(updates::without_query(dataset.address));
-  // Until blocks are made it is not known whether they can be shown one by one.
-  const std::string stage = now.progress ? now.progress->stage() : "";
-  const bool makes_blocks = stage == "build" || stage == "merge" || stage == "publish";
-  const bool is_asked_for = is_lazy(dataset) && !(provisional && makes_blocks);
-  json["build"] = building && (is_asked_for || is_built_lazily(service, dataset)) ? kLazy : kFull;
+  json["build"] = building && may_be_built_lazily(service, dataset) ? kLazy : kFull;
   json["links"] = links_json(path, dataset.state == State::ready ? Readable::all
                                    : provisional                 ? Readable::provisional
                                                                  : Readable::nothing);

@@ -237,6 +237,28 @@ TEST_F(LazyProgram, SmallRastersAreBuiltAtOnce) {
   EXPECT_EQ(status(id)["state"], "ready") << "a second turn finds a dataset that is built\n" << server_.log();
 }
 
+/// Who posts one and waits is told when it can be read, also while another build goes on. One block is built in full, and waited
+/// for.
+TEST_F(LazyProgram, WhoWaitsForOneWaitsForItsProvisionalTiles) {
+  const std::string first = posted("&error=1");
+  const pid_t held = server_.child_process();
+  ASSERT_EQ(kill(held, SIGSTOP), 0);
+  const Json answer = curl("--data-binary @" + raster_ + " -H 'Prefer: wait=500' '" + server_.base() +
+                           "/v1/datasets?name=hills.asc&crs=EPSG:4326&vertical_datum=ellipsoid" + lazy_ + "'");
+  EXPECT_EQ(answer["state"], "queued") << answer;
+  EXPECT_EQ(answer["provisional"], true) << answer;
+  EXPECT_EQ(answer["build"], "lazy") << answer;
+  const Ended waited = shell(kProgram + " post " + raster_ + " --server " + server_.base() +
+                             " --crs EPSG:4326 --vertical-datum ellipsoid --error 8 --max-level 13 --build lazy --wait --quiet");
+  EXPECT_EQ(waited.code, 0) << waited.output;
+  EXPECT_THAT(waited.output, HasSubstr("can be seen"));
+  EXPECT_EQ(kill(held, SIGCONT), 0);
+  const Json whole = curl("--data-binary @" + raster_ + " -H 'Prefer: wait=500' '" + server_.base() +
+                          "/v1/datasets?name=hills.asc&crs=EPSG:4326&vertical_datum=ellipsoid&error=2&build=lazy'");
+  EXPECT_EQ(whole["state"], "ready") << whole;
+  EXPECT_THAT(server_.log(), HasSubstr("dataset " + whole.value("id", "") + ": first tiles")) << "it had provisional tiles";
+}
+
 TEST_F(LazyProgram, PlacesBesideTheDataWakeNobody) {
   const std::string id = posted(lazy_);
   ASSERT_TRUE(eventually([&] {

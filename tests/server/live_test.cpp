@@ -120,6 +120,18 @@ TEST_F(Live, ARasterThatWaitsForAnotherIsShownAtOnce) {
   EXPECT_TRUE(reaches(first, "ready"));
 }
 
+TEST_F(Live, OfALazyOneThatIsBuiltInFullStatusAndEventsSaySo) {
+  const std::string id = id_of(test_.post("SLOW", {{"build", "lazy"}}));
+  EXPECT_TRUE(eventually([&] { return test_.service().hub().now(id).progress.has_value(); }));
+  EXPECT_EQ(body_of(test_.get(at(id)))["build"], "full") << "it makes blocks, and shows none";
+  EXPECT_THAT(test_.get(at(id, "/events")).next_piece().value_or(""), Not(HasSubstr("\"build\":")));
+  const std::string behind = id_of(test_.post("LIVE", {{"build", "lazy"}}, kWait));
+  const Json status = body_of(test_.get(at(behind)));
+  EXPECT_EQ(status["provisional"], true) << "who posts it waits until it can be read";
+  EXPECT_EQ(status["build"], "lazy");
+  EXPECT_THAT(test_.get(at(behind, "/events")).next_piece().value_or(""), HasSubstr("\"build\":\"lazy\""));
+}
+
 TEST_F(Live, OffMeansNoneUntilTheBuildIsDone) {
   const std::string id = id_of(test_.post("LIVE", {{"provisional", "off"}}));
   EXPECT_TRUE(eventually([&] { return test_.service().hub().now(id).progress.has_value(); }));

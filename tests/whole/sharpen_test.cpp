@@ -237,9 +237,9 @@ TEST(Provisional, tiles_with_as_many_samples_as_are_said_meet_the_blocks) {
     ASSERT_TRUE(source.ok());
     const auto plan = pipeline::plan_of(request, **source);
     ASSERT_TRUE(plan.ok() && pipeline::has_levels_above(*plan)) << finest;
-    const auto samples = pipeline::samples_of_block_level(request, **source);
-    ASSERT_TRUE(samples.ok());
-    const auto level = pipeline::provisional_level(request, **source, *samples);
+    const auto blocks = pipeline::block_level_of(request, **source);
+    ASSERT_TRUE(blocks.ok() && blocks->has_blocks_to_show);
+    const auto level = pipeline::provisional_level(request, **source, blocks->samples);
     ASSERT_TRUE(level.ok() && *level) << finest;
     EXPECT_EQ(**level, static_cast<int>(plan->block_level())) << finest;
     levels_below.insert(static_cast<int>(finest - plan->block_level()));
@@ -252,9 +252,9 @@ TEST(Provisional, tiles_with_as_many_samples_as_are_said_meet_the_blocks) {
   ASSERT_TRUE(source.ok());
   const auto plan = pipeline::plan_of(request, **source);
   ASSERT_TRUE(plan.ok()) << plan.problem().line();
-  const auto samples = pipeline::samples_of_block_level(request, **source);
-  ASSERT_TRUE(samples.ok()) << samples.problem().line();
-  const auto level = pipeline::provisional_level(request, **source, *samples);
+  const auto blocks = pipeline::block_level_of(request, **source);
+  ASSERT_TRUE(blocks.ok()) << blocks.problem().line();
+  const auto level = pipeline::provisional_level(request, **source, blocks->samples);
   ASSERT_TRUE(level.ok() && *level);
   EXPECT_EQ(**level, static_cast<int>(plan->block_level())) << "of shares, too";
 }

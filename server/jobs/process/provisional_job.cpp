@@ -1,5 +1,6 @@
 #include "server/jobs/process/provisional_job.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <vector>
 
@@ -19,14 +20,30 @@ namespace fs = std::filesystem;
 /// to kMostSamples: of a raster of 16 gigapixels, whose build takes a hundred times as long.
 constexpr std::int64_t kFirst = 40'000, kSecond = 600'000, kGrowth = 8, kMostSamples = std::int64_t{1} << 26;
 
-std::vector<std::int64_t> steps_of(const pipeline::BuildRequest& request, raster::Source& source) {
-  std::vector<std::int64_t> steps{kFirst, kSecond};
-  const auto blocks = pipeline::samples_of_block_level(request, source);
-  if (!blocks.ok() || *blocks <= kSecond || *blocks > kMostSamples) return steps;
-  const auto meets = pipeline::provisional_level(request, source, *blocks);
-  if (!meets.ok() || !*meets) return steps;
-  for (std::int64_t step = kSecond * kGrowth; step < *blocks; step *= kGrowth) steps.push_back(step);
-  steps.push_back(*blocks);
+struct Steps {
+  std::vector<std::int64_t> samples{kFirst, kSecond};
+  bool at_once = false;  ///< none of their tiles meet blocks that can be shown one by one
+};
+
+/// Whether a step reaches down to the level.
+bool reaches(const pipeline::BuildRequest& request, const raster::Source& source, const std::vector<std::int64_t>& steps,
+             int level) {
+  return std::any_of(steps.begin(), steps.end(), [&](std::int64_t step) {
+    const auto of_step = pipeline::provisional_level(request, source, step);
+    return of_step.ok() && *of_step && **of_step >= level;
+  });
+}
+
+Steps steps_of(const pipeline::BuildRequest& request, raster::Source& source) {
+  Steps steps;
+  const auto blocks = pipeline::block_level_of(request, source);
+  if (!blocks.ok()) return steps;
+  const std::int64_t wanted = blocks->samples;
+  if (wanted > kSecond && wanted <= kMostSamples && reaches(request, source, {wanted}, blocks->level)) {
+    for (std::int64_t step = kSecond * kGrowth; step < wanted; step *= kGrowth) steps.samples.push_back(step);
+    steps.samples.push_back(wanted);
+  }
+  steps.at_once = !blocks->has_blocks_to_show || !reaches(request, source, steps.samples, blocks->level);
   return steps;
 }
 
@@ -40,15 +57,20 @@ proto::Progress provisional(std::size_t done, std::size_t steps) {
   return progress;
 }
 
+struct Step {
+  std::int64_t samples = 0;
+  bool at_once = false;  ///< as of all steps
+};
 /// Whether the tiles of a step stand.
-proto::Result<bool> make_step(const pipeline::BuildRequest& request, raster::Source& source, const fs::path& folder,
-                              std::int64_t samples, const std::atomic<bool>& stop) {
-  auto small = pipeline::provisional_request(request, source, samples);
+proto::Result<bool> make_step(const pipeline::BuildRequest& request, raster::Source& source, const fs::path& folder, Step step,
+                              const std::atomic<bool>& stop) {
+  auto small = pipeline::provisional_request(request, source, step.samples);
   if (!small.ok()) return small.problem();
   if (!*small) return false;
   const fs::path next = folder / kNextProvisional;
   pipeline::remove_store(next.string());  // what an attempt that was ended left
   (*small)->store_path = next.string();
+  (*small)->at_once = step.at_once;
   const auto built = pipeline::build(**small, nullptr, stop);
   if (!built.ok()) {
     pipeline::remove_store(next.string());
@@ -63,7 +85,7 @@ proto::Result<bool> make_step(const pipeline::BuildRequest& request, raster::Sou
 
 void make_provisional(const pipeline::BuildRequest& request, raster::Source& source, const fs::path& folder,
                       const pipeline::ProgressCallback& report, const std::atomic<bool>& stop) {
-  const std::vector<std::int64_t> steps = steps_of(request, source);
+  const auto [steps, at_once] = steps_of(request, source);
   // Those of another version of the program are not mixed with what this one makes.
   const auto stands = pipeline::StoreReader::manifest_of((folder / kProvisionalStore).string());
   const bool same = stands.ok() && stands->program() == proto::kProgram;
@@ -73,7 +95,7 @@ void make_provisional(const pipeline::BuildRequest& request, raster::Source& sou
     // A look that was ended for this build made the first ones.
     const auto level = pipeline::provisional_level(request, source, steps[step]);
     if (same && level.ok() && *level && **level <= static_cast<int>(stands->max_level())) continue;
-    const auto made = make_step(request, source, folder, steps[step], stop);
+    const auto made = make_step(request, source, folder, {steps[step], at_once}, stop);
     if (!made.ok() && !stop) std::fprintf(stderr, "no provisional tiles: %s\n", made.problem().line().c_str());
     if (!made.ok() || !*made) return;
     report(provisional(step + 1, steps.size()));
