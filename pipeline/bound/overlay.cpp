@@ -62,11 +62,13 @@ TriangleIndex::TriangleIndex(const proto::TileMesh& mesh, Wanted wanted) {
   cells_per_unit_ = across_ / std::max({east - west_, north - south_, 1.0});
   start_.assign(static_cast<std::size_t>(across_) * across_ + 2, 0);
   box_.resize(mesh.triangles.size());
+  first_.resize(mesh.triangles.size());
   const auto each = [&](auto&& visit) {
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
       if (!wanted(mesh, mesh.triangles[t])) continue;
       box_[t] = box_of(plan_of(mesh, mesh.triangles[t]));
       const Cells c = cells_of(box_[t]);
+      first_[t] = {c.x0, c.y0};
       for (std::int32_t y = c.y0; y <= c.y1; ++y)
         for (std::int32_t x = c.x0; x <= c.x1; ++x) visit(static_cast<std::size_t>(y) * across_ + x, t);
     }
@@ -94,12 +96,13 @@ void TriangleIndex::meeting(const std::array<PlanPoint, 3>& triangle, std::vecto
   for (std::int32_t y = c.y0; y <= c.y1; ++y)
     for (std::int32_t x = c.x0; x <= c.x1; ++x) {
       const std::size_t cell = static_cast<std::size_t>(y) * across_ + x;
-      for (std::uint32_t k = start_[cell]; k < start_[cell + 1]; ++k)
-        if (box_[triangle_[k]].meets(box)) found.push_back(triangle_[k]);
+      for (std::uint32_t k = start_[cell]; k < start_[cell + 1]; ++k) {
+        const std::uint32_t t = triangle_[k];
+        const bool is_first = x == std::max(first_[t].x, c.x0) && y == std::max(first_[t].y, c.y0);  // of the cells of both
+        if (is_first && box_[t].meets(box)) found.push_back(t);
+      }
     }
-  if (c.x0 == c.x1 && c.y0 == c.y1) return;
-  std::sort(found.begin(), found.end());
-  found.erase(std::unique(found.begin(), found.end()), found.end());
+  if (c.x0 < c.x1 || c.y0 < c.y1) std::sort(found.begin(), found.end());
 }
 
 }  // namespace cordillera::pipeline

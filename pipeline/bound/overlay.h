@@ -51,7 +51,11 @@ class TriangleIndex {
   std::int32_t across_ = 1;
   std::vector<std::uint32_t> start_;     // indexed by cell, one more at the end
   std::vector<std::uint32_t> triangle_;  // by cell
-  std::vector<Box> box_;                 // indexed by triangle
+  struct Cell {
+    std::int32_t x = 0, y = 0;
+  };
+  std::vector<Box> box_;     // indexed by triangle
+  std::vector<Cell> first_;  // likewise: its south-western one
 };
 
 }  // namespace cordillera::pipeline

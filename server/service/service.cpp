@@ -118,30 +118,7 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
   const fs::path audit = settings.serve.audit_log.empty() ? layout.audit() : fs::path(settings.serve.audit_log);
   if (auto refused = access::refuse_audit_log(audit)) return *refused;
   service->audit_ = std::make_unique<access::Audit>(audit);
-<<<<<<< HEAD
   service->begin_work(std::move(runner));
-=======
-  service->admission_ = std::make_unique<limits::Admission>(settings.serve.limits, layout.root, *service->registry_);
-  const auto published = [self = service.get()](const std::string& id) {
-    self->forget(id);
-    if (LiveCache* const live = self->told_) live->touch();
-  };
-  service->archive_files_ = std::make_unique<ArchiveFiles>(
-      layout.archives(), service->admission_->space(), [self = service.get()](const std::string& id) { self->hub_.touch(id); });
-  service->queue_ = std::make_unique<JobQueue>(
-      JobQueue::Parts{layout, *service->registry_, service->hub_, service->metrics_, std::move(runner), settings.serve.limits,
-                      service->ledger_, updates::fetcher(settings.serve, service->admission_->space()),
-                      settings.serve.keep_versions, published},
-      settings.serve.jobs);
-  service->live_ = std::make_unique<LiveCache>(LiveCache::Parts{
-      layout, *service->registry_, *service->queue_, *service->admission_, service->metrics_, updates::asker(settings.serve),
-      std::uint64_t{settings.serve.limits.cache_mib} << 20, settings.serve.limits.queue,
-      [self = service.get(), published](const std::string& id) { published(id), self->hub_.ended(id); },  // how far it was, too
-      std::chrono::seconds(settings.serve.live_fresh_seconds)});
-  service->told_ = service->live_.get();
-  service->queue_->resume();
-  service->reading_ahead_ = std::thread([self = service.get()] { self->read_ahead(); });
->>>>>>> bbc11b76 (Who posts a lazy raster waits until it can be read, and what is built in full all the same is told so)
   return service;
 }
 
@@ -160,7 +137,7 @@ void Service::begin_work(JobRunner runner) {
                                  serve.jobs);
   live_ = std::make_unique<LiveCache>(LiveCache::Parts{
       layout_, *registry_, *queue_, *admission_, metrics_, updates::asker(serve), std::uint64_t{serve.limits.cache_mib} << 20,
-      serve.limits.queue, [this, published](const std::string& id) { published(id), hub_.touch(id); },
+      serve.limits.queue, [this, published](const std::string& id) { published(id), hub_.ended(id); },  // how far it was, too
       std::chrono::seconds(serve.live_fresh_seconds)});
   told_ = live_.get();
   queue_->resume();
