@@ -59,7 +59,9 @@ proto::Result<std::optional<Above>> GatheredBlocks::all(const MeshOf& mesh_of) {
   workers_.each(1 + meanwhile, [&](std::size_t n, unsigned) {
     if (n > 0)
       read(left[n - 1]);
-    else if (!ground_there_.valid())
+    else if (ground_there_.valid())
+      ground_there_.wait();
+    else
       make_ground();
   });
   workers_.each(left.size(), [&](std::size_t n, unsigned) {
