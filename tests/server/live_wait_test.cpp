@@ -70,17 +70,24 @@ void make_finer_step(const std::string& path, const std::string& id) {
   ASSERT_TRUE(writer.ok() && (*writer)->commit(task).ok() && (*writer)->publish(manifest).ok());
 }
 
-TEST_F(LiveWait, AProvisionalTileEndsTheWaitOfWhoNamesNoTime) {
-  const std::string id = posted({{"build", "lazy"}});
-  Response any = test_.get(at(id, kFine)), final = test_.get(at(id, kFine), prefer("wait=10"));
+TEST(LiveWaits, EndWithAProvisionalTileForWhoNamesNoTime) {
+  Settings settings;
+  settings.serve.limits.wait_seconds = 600;  // longer than the slowest machine takes
+  TestService test(settings);
+  const std::string id = id_of(test.post("LIVE", {{"build", "lazy"}})), address = "/v1/datasets/" + id,
+                    tile = address + "/tiles/1/1/1.drc";
+  ASSERT_TRUE(eventually([&] { return body_of(test.get(address))["provisional"] == true; }));
+  Response any = test.get(tile), final = test.get(tile, {{"prefer", "wait=600"}});
   ASSERT_TRUE(any.later && final.later);
-  make_finer_step(test_.service().layout().provisional(id).string(), id);
-  test_.service().library().forget(id);  // as when its job tells of it
-  any = TestService::settled(std::move(any));
+  make_finer_step(test.service().layout().provisional(id).string(), id);
+  test.service().library().forget(id);  // as when its job tells of it
+  std::optional<Response> come = any.later(Patience::more);
+  ASSERT_TRUE(come && come->rest);
+  any = TestService::plain(come->rest());
   EXPECT_EQ(any.body, "provisional drc of 1");
   EXPECT_EQ(any.header("Cordillera-Provisional"), "true");
   EXPECT_FALSE(final.later(Patience::more).has_value()) << "who names a time wants the final one";
-  tell_job(id, "go");
+  std::ofstream(test.data() / "datasets" / id / "go") << "now";
   EXPECT_EQ(TestService::settled(std::move(final)).body, "drc of 1");
 }
 
