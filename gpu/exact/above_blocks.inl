@@ -30,6 +30,9 @@ proto::Result<std::vector<BlockMesh>> Engine<Executor>::simplify_above(const Gro
   });
   if (!rings->ok()) return rings->problem();
   load_depths(joined_depths(ground, plan.levels.back().rim_reach, to_valid, to_void));
+  sides_.assign(1, {});
+  has_shared_sides_ = false;
+  whole_blocks_ = blocks_;
   load_curves({&block, 1});
   bound(1);
   load_start(**rings);
@@ -54,9 +57,6 @@ void Engine<Executor>::load_depths(const std::vector<Depth>& depths) {
     executor_->copy_in(tier_depths_.data() + places_[0].square[0], depths.data(), depths.size());
   }
   executor_->wait();  // what was copied is the caller's
-  sides_.assign(1, {});
-  has_shared_sides_ = false;
-  whole_blocks_ = blocks_;
 }
 
 /// The blocks' meshes as one, in place of a start of its own.
@@ -99,11 +99,7 @@ template <class Executor>
 void Engine<Executor>::hand_out_squares(const Watch& follow) {
   if (!follow.squares) return;
   std::vector<std::size_t> first{0};  // of the codes
-  for (const BlockView& block : blocks_) {
-    const Field& field = block.field;
-    first.push_back(first.back() +
-                    static_cast<std::size_t>(field.tier_stride[0]) * static_cast<std::size_t>(field.squares_down(0)));
-  }
+  for (const BlockView& block : blocks_) first.push_back(first.back() + block.field.squares(0));
   codes_.reserve(64 * first.back());
   std::vector<Squares> known(blocks_.size());
   for (std::size_t b = 0; b < known.size(); ++b)

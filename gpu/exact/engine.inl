@@ -104,7 +104,7 @@ void Engine<Executor>::lay_out_blocks(std::span<const Block> blocks, const Block
     for (int tier = 0; tier < kTiers; ++tier) {
       field.tier_stride[tier] = ((field.columns - 1) >> tier_shift(tier)) + 1;
       places_[b].square[tier] = squares;
-      squares += static_cast<std::size_t>(field.tier_stride[tier]) * static_cast<std::size_t>(field.squares_down(tier));
+      squares += field.squares(tier);
     }
     // Squares of the start lie within tiles and fill the block.
     const std::int32_t sides =
@@ -207,12 +207,10 @@ void Engine<Executor>::bound(int first_tier) {
     for (int tier = first_tier; tier < kTiers; ++tier) {
       BoundingPlane* const plane = planes_.data() + places_[b].square[tier];
       Depth* const depth = field.has_voids() ? tier_depths_.data() + places_[b].square[tier] : nullptr;
-      const std::size_t squares =
-          static_cast<std::size_t>(field.tier_stride[tier]) * static_cast<std::size_t>(field.squares_down(tier));
       if (tier == 0)
-        executor_->each(squares, BoundSamples{field, plane, depth});
+        executor_->each(field.squares(tier), BoundSamples{field, plane, depth});
       else
-        executor_->each(squares, BoundSquares{field, tier, plane, depth});
+        executor_->each(field.squares(tier), BoundSquares{field, tier, plane, depth});
     }
   }
   block_array_.reserve(blocks_.size());

@@ -321,7 +321,7 @@ void Builder::gather_for_merge() {
 
 proto::Result<FinishedTask> Builder::merge_at_once(const ChildMesh& mesh_of) {
   constexpr std::size_t kManyBlocks = 64;
-  const auto gathered = gathered_ ? std::move(gathered_) : std::make_unique<GatheredBlocks>(plan_, workers_, stop_);
+  auto gathered = gathered_ ? std::move(gathered_) : std::make_unique<GatheredBlocks>(plan_, workers_, stop_);
   if (gathered->count() > kManyBlocks) exact_.give_back_memory();  // of a large ground's it is a good part
   auto above = gathered->all(mesh_of);
   if (stop_) return kCancelled;
@@ -331,9 +331,11 @@ proto::Result<FinishedTask> Builder::merge_at_once(const ChildMesh& mesh_of) {
     nothing.node = node_above(plan_);
     return nothing;
   }
+  std::vector<proto::TileAddress> consumed = gathered->those_with_a_mesh();
+  gathered.reset();  // its meshes are one by now
   auto task = build_exact_above(plan_, std::move(**above), exact_, workers_);
   if (stop_) return kCancelled;
-  if (task.ok()) task->consumed = gathered->those_with_a_mesh();
+  if (task.ok()) task->consumed = std::move(consumed);
   return task;
 }
 

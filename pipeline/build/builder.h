@@ -59,7 +59,7 @@ class Builder {
   proto::Result<FinishedTask> block(const proto::TileAddress& node, const std::function<void(double)>& share,
                                     const FinestSink& finest = {});
   /// The mesh that a finished task left for its parent; nullopt where it has none. Called by any thread.
-  using ChildMesh = std::function<proto::Result<std::optional<std::string>>(const proto::TileAddress& child)>;
+  using ChildMesh = GatheredBlocks::MeshOf;
   /// What blocks leave for a merge of all of them is kept for it from now on, where there is memory for that; else, or if another
   /// process made them, it is read.
   void gather_for_merge();

@@ -67,7 +67,7 @@ class MadeField {
   void bound() {
     for (int tier = 0; tier < 2; ++tier) {
       field.tier_stride[tier] = ((field.columns - 1) >> tier_shift(tier)) + 1;
-      const auto squares = static_cast<std::size_t>(field.tier_stride[tier] * field.squares_down(tier));
+      const std::size_t squares = field.squares(tier);
       planes_[tier].resize(squares), tier_depths_[tier].resize(squares);
       field.plane[tier] = planes_[tier].data(), field.tier_depth[tier] = field.depth ? tier_depths_[tier].data() : nullptr;
       for (std::size_t i = 0; i < squares; ++i) {

@@ -25,13 +25,7 @@ HeightMesh grid(std::uint32_t columns, std::uint32_t rows, double cell, const He
       mesh.z.push_back(height(c, r));
     }
   }
-  for (std::uint32_t r = 0; r + 1 < rows; ++r) {
-    for (std::uint32_t c = 0; c + 1 < columns; ++c) {
-      const std::uint32_t a = r * columns + c, b = a + 1, d = a + columns, e = d + 1;
-      mesh.triangles.push_back({a, b, e});
-      mesh.triangles.push_back({a, e, d});
-    }
-  }
+  mesh.triangles = bench::grid_triangles(columns, rows);
   return mesh;
 }
 

@@ -99,6 +99,9 @@ struct Field {
   }
   CORDILLERA_HD static std::uint32_t code_place(int x, int y) { return static_cast<std::uint32_t>((y & 7) * 8 + (x & 7)); }
   CORDILLERA_HD int squares_down(int tier) const { return ((rows - 1) >> tier_shift(tier)) + 1; }
+  CORDILLERA_HD std::size_t squares(int tier) const {
+    return static_cast<std::size_t>(tier_stride[tier]) * static_cast<std::size_t>(squares_down(tier));
+  }
 };
 
 CORDILLERA_HD inline float magnitude(float a) { return a < 0 ? -a : a; }

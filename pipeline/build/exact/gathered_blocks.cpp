@@ -75,14 +75,12 @@ proto::Result<std::optional<Above>> GatheredBlocks::all(const MeshOf& mesh_of) {
   if (stop_) return std::optional<Above>();
   if (!voids_) ground_.squares.depth.clear();
   std::vector<const proto::TileMesh*> meshes(count());
-  bool any = false;
   for (std::size_t k = 0; k < count(); ++k) {
     if (!blocks_[k]) continue;
     if (!blocks_[k]->ok()) return blocks_[k]->problem();
     meshes[k] = &(*blocks_[k])->mesh;
-    any = true;
   }
-  if (!any) return std::optional<Above>();
+  if (those_with_a_mesh().empty()) return std::optional<Above>();
   return std::optional<Above>(Above{std::move(ground_), joined_mesh(plan_, meshes)});
 }
 

@@ -1,8 +1,10 @@
 #pragma once
 // Six kinds of terrain to measure and hash the simplifier on; integer arithmetic and + - x / only, so every machine makes the
 // same.
+#include <array>
 #include <cstdint>
 #include <string_view>
+#include <vector>
 
 namespace cordillera::bench {
 
@@ -30,6 +32,19 @@ inline double smooth_noise(std::int64_t x, std::int64_t y, int shift, std::uint3
   const double south = value(cx, cy) * (1 - fx) + value(cx + 1, cy) * fx;
   const double north = value(cx, cy + 1) * (1 - fx) + value(cx + 1, cy + 1) * fx;
   return south * (1 - fy) + north * fy;
+}
+
+/// Of a grid of vertices, row by row: two a cell, counter-clockwise.
+inline std::vector<std::array<std::uint32_t, 3>> grid_triangles(std::uint32_t columns, std::uint32_t rows) {
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  for (std::uint32_t row = 0; row + 1 < rows; ++row) {
+    for (std::uint32_t column = 0; column + 1 < columns; ++column) {
+      const std::uint32_t a = row * columns + column, b = a + 1, c = a + columns, d = c + 1;
+      triangles.push_back({a, b, d});
+      triangles.push_back({a, d, c});
+    }
+  }
+  return triangles;
 }
 
 /// Height in 2^-10 m at a sample, INT32_MIN where there is no data.

@@ -62,13 +62,7 @@ HeightMesh mesh_of(std::span<const float> heights, std::uint32_t columns, double
     mesh.y.push_back(i / columns * cell_m);
     mesh.z.push_back(static_cast<double>(heights[i]));
   }
-  for (std::uint32_t row = 0; row + 1 < rows; ++row) {
-    for (std::uint32_t column = 0; column + 1 < columns; ++column) {
-      const std::uint32_t a = row * columns + column, b = a + 1, c = a + columns, d = c + 1;
-      mesh.triangles.push_back({a, b, d});
-      mesh.triangles.push_back({a, d, c});
-    }
-  }
+  mesh.triangles = bench::grid_triangles(columns, rows);
   return mesh;
 }
 

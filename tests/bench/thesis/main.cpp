@@ -92,13 +92,7 @@ HeightMesh mesh_of(const Line& line) {
     mesh.y.push_back(i / line.columns * line.cell_m);
     mesh.z.push_back(height_of(line, raw, i));
   }
-  for (std::uint32_t row = 0; row + 1 < line.rows; ++row) {
-    for (std::uint32_t column = 0; column + 1 < line.columns; ++column) {
-      const std::uint32_t a = row * line.columns + column, b = a + 1, c = a + line.columns, d = c + 1;
-      mesh.triangles.push_back({a, b, d});
-      mesh.triangles.push_back({a, d, c});
-    }
-  }
+  mesh.triangles = bench::grid_triangles(line.columns, line.rows);
   return mesh;
 }
 
