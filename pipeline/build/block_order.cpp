@@ -43,16 +43,24 @@ std::vector<proto::TileAddress> BlockOrder::looked_at_now() const {
   return follower_ ? follower_->looked_at() : std::vector<proto::TileAddress>();
 }
 
-/// The block of the first of these tiles whose block is still to be made.
+/// The block of the first of these tiles whose block is still to be made. Tiles of many blocks come behind all others.
 std::optional<std::size_t> BlockOrder::next_under(const std::vector<proto::TileAddress>& tiles) const {
   if (blocks_.empty()) return std::nullopt;
   const int level = blocks_.front().z;
+  const auto next = [&](const auto& is_wanted) -> std::optional<std::size_t> {
+    for (std::size_t k = first_; k < blocks_.size(); ++k) {
+      if (!given_[k] && is_wanted(blocks_[k])) return k;
+    }
+    return std::nullopt;
+  };
   for (const proto::TileAddress& tile : tiles) {
-    if (tile.z < level) continue;  // of many blocks
-    const auto found = std::find(blocks_.begin(), blocks_.end(), tile.at_level(level));
-    if (found == blocks_.end()) continue;
-    const auto k = static_cast<std::size_t>(found - blocks_.begin());
-    if (!given_[k]) return k;
+    if (tile.z < level) continue;
+    const proto::TileAddress wanted = tile.at_level(level);
+    if (const auto k = next([&](const proto::TileAddress& block) { return block == wanted; })) return k;
+  }
+  for (const proto::TileAddress& tile : tiles) {
+    if (tile.z >= level) continue;
+    if (const auto k = next([&](const proto::TileAddress& block) { return block.at_level(tile.z) == tile; })) return k;
   }
   return std::nullopt;
 }

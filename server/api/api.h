@@ -111,6 +111,7 @@ struct Awaited {
   /// Whether what is shown of the dataset still lacks something that is waited for. shown: null where nothing is shown yet.
   std::function<bool(const Dataset& dataset, const pipeline::faces::Terrain* shown)> lacks;
   std::optional<proto::TileAddress> alone{};  ///< the answer is made of this tile and of no other
+  bool all = false;                           ///< of the dataset
 };
 /// All of the tiles, in their final form.
 Awaited all_of(std::vector<proto::TileAddress> tiles);
@@ -119,6 +120,11 @@ Awaited all_of(std::vector<proto::TileAddress> tiles);
 /// waited, or too many do.
 std::optional<Response> wait_for(Service& service, const Request& request, const Dataset& dataset, const MayWait& wait,
                                  Awaited awaited);
+/// The same for what is made of the whole dataset. A lazy one has its blocks made as long as somebody asks, if they are no more
+/// than kMostBlocksOfAll; of others, who names a time waits.
+std::optional<Response> wait_for_all(Service& service, const Request& request, const Dataset& dataset);
+/// Blocks of 1025 x 1025 samples have 341 tiles: so many have more than an archive may hold over HTTP.
+inline constexpr std::int64_t kMostBlocksOfAll = 400;
 /// A request of /v1/live, as one of the dataset that its address and its options name; where there is none yet it is made.
 struct Live {
   Request request;
@@ -164,6 +170,8 @@ void make_absolute(const Request& request, Response& response);
 Response status_document(Service& service, const Request& request, const Dataset& dataset);
 /// PATCH /v1/datasets/{id}: title, attribution, imagery, private.
 Response describe_dataset(Service& service, const Request& request, const Dataset& dataset);
+/// How much of a build is done, 0 to 1.
+double share_made(Service& service, const Dataset& dataset);
 /// Whether blocks are made as their tiles are asked for. Those that cannot be shown one by one are made at once, whatever was
 /// asked for.
 bool is_built_lazily(Service& service, const Dataset& dataset);

@@ -90,6 +90,7 @@ Response answer_file(const Request& request, const std::shared_ptr<const Archive
 Response archive(Service& service, const Request& request, const Dataset& dataset, const Route& route) {
   const auto face = face_asked(request);
   if (!face) return problem_response(face.problem());
+  if (auto later = route.version.empty() ? wait_for_all(service, request, dataset) : std::nullopt) return std::move(*later);
   const Opened opened = open_published(service, dataset, route);
   if (!opened.terrain) return opened.refusal;
   const ArchiveOrder order{dataset.id, version_of(opened.terrain->manifest()), *face, opened.terrain};

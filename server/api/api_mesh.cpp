@@ -38,14 +38,16 @@ std::string file_name(const Dataset& dataset, const ExtractedMesh& mesh, const s
   return dataset.id + "-" + std::to_string(mesh.level) + "." + ending;  // an id has letters, digits and dashes only
 }
 
-/// Blocks of a dataset that is being built, in which a mesh of one of their levels lies. None: it is of no such level, or lies in
-/// more than one request looks at.
+/// Blocks of a dataset that is being built, in which a mesh of one of their levels lies. A box without a level is of one of them:
+/// so many blocks have no more triangles on their coarsest than a mesh may have. None: it is of no such level, or lies in more
+/// blocks than one request looks at.
 std::optional<std::vector<proto::TileAddress>> blocks_under(const pipeline::faces::Terrain& shown, const MeshRequest& wanted) {
   const proto::Manifest& manifest = shown.manifest();
-  const auto level = wanted.tile ? std::optional(wanted.tile->z) : wanted.level;
+  const int finest = static_cast<int>(manifest.max_level());
+  const auto level = wanted.tile ? std::optional(wanted.tile->z) : wanted.box ? wanted.level.value_or(finest) : wanted.level;
   if (!manifest.has_done_blocks() || !level) return std::nullopt;
   const auto blocks_level = static_cast<int>(manifest.done_blocks().level());
-  if (*level < blocks_level || *level > static_cast<int>(manifest.max_level())) return std::nullopt;
+  if (*level < blocks_level || *level > finest) return std::nullopt;
   if (wanted.tile) return std::vector{wanted.tile->at_level(blocks_level)};
   const MeshWindow window = window_of(shown, wanted, blocks_level);
   if ((window.x1 - window.x0 + 1) * (window.y1 - window.y0 + 1) > static_cast<std::int64_t>(kMostLooks)) return std::nullopt;
@@ -64,6 +66,7 @@ std::optional<Response> wait_for_blocks(Service& service, const Request& request
   if (!shown.provisional() || !route.version.empty()) return std::nullopt;
   auto blocks = blocks_under(*opened.terrain, wanted);
   if (!blocks) {
+    if (auto later = wait_for_all(service, request, dataset)) return later;
     opened = open_published(service, dataset, route);
     return opened.terrain ? std::nullopt : std::optional(std::move(opened.refusal));
   }

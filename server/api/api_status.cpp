@@ -223,6 +223,10 @@ class EventStream {
 
 }  // namespace
 
+double share_made(Service& service, const Dataset& dataset) {
+  return with_tiles_told(service, dataset, service.hub().now(dataset.id)).share;
+}
+
 bool is_built_lazily(Service& service, const Dataset& dataset) {
   if (service.live().is_asleep(dataset.id)) return true;
   if (!is_lazy(dataset)) return false;

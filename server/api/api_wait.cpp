@@ -1,7 +1,9 @@
 // Requests that wait for tiles of a dataset that is being built. They hold no thread: the front asks them again.
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
 
+#include "proto/integers.h"
 #include "server/api/api.h"
 #include "server/api/requests/prefer.h"
 #include "server/jobs/provisional.h"
@@ -13,6 +15,23 @@ using Clock = std::chrono::steady_clock;
 
 // The loops of connections look, and the job is told by a file: hundreds that wait must not write it with every step of a build.
 constexpr std::chrono::seconds kBetweenLooks{1};
+
+Response not_all_made_yet(Service& service, const Dataset& dataset) {
+  char share[16] = "";
+  std::snprintf(share, sizeof share, "%.0f %%", 100 * share_made(service, dataset));
+  return problem_response(
+      {"tile-not-ready",
+       "this is made of all of dataset " + dataset.id + ", of which " + share + " is built; the rest is made now",
+       "asking again, or Prefer: wait=SECONDS within the limit max_wait", ""});
+}
+
+std::int64_t blocks_in_bounds(const proto::Manifest& shown) {
+  const int level = static_cast<int>(shown.done_blocks().level());
+  const auto touched = shown.has_done_blocks() ? touched_by_bounds(shown, level) : std::nullopt;
+  if (!touched) return 0;
+  return (proto::modulo(std::int64_t{touched->east} - touched->west, proto::tiles_across(level)) + 1) *
+         (touched->north - touched->south + 1);
+}
 
 class TileWait {
  public:
@@ -39,6 +58,7 @@ class TileWait {
     if (terrain && awaited_.alone && ahead_of_block(service_.library(), id_, terrain->manifest(), *awaited_.alone)) return false;
     if (!terrain || !looks) return true;
     looked_ = Clock::now();
+    if (awaited_.all && is_lazy(*dataset)) service_.queue().look_at_all(*dataset);
     std::vector<proto::TileAddress> to_come;
     for (const proto::TileAddress& tile : awaited_.tiles) {
       if (to_come.size() == kMostLooks) break;
@@ -55,7 +75,8 @@ class TileWait {
 
   Response refusal() const {
     const Row dataset = service_.find(id_);
-    return dataset ? not_made_yet(*dataset) : problem_response(unknown_dataset(id_));
+    if (!dataset) return problem_response(unknown_dataset(id_));
+    return awaited_.all ? not_all_made_yet(service_, *dataset) : not_made_yet(*dataset);
   }
 
   static Response anew() {
@@ -101,6 +122,19 @@ std::optional<Response> wait_for(Service& service, const Request& request, const
   response.later = [waiting = std::make_shared<TileWait>(service, dataset.id, wait, std::move(awaited), std::move(place))](
                        Patience patience) { return waiting->ask(patience); };
   return response;
+}
+
+std::optional<Response> wait_for_all(Service& service, const Request& request, const Dataset& dataset) {
+  if (dataset.state != State::queued && dataset.state != State::running) return std::nullopt;
+  const MayWait wait = may_wait(service.settings().serve.limits, request);
+  const auto shown = service.library().provisional(dataset.id);
+  const bool lazy = is_lazy(dataset);
+  if (lazy ? shown && blocks_in_bounds(shown->manifest()) > kMostBlocksOfAll : !wait.preferred) return std::nullopt;
+  if (lazy && shown) service.queue().look_at_all(dataset);
+  Awaited awaited{{}, [](const Dataset&, const pipeline::faces::Terrain*) { return true; }};
+  awaited.all = true;
+  auto later = wait_for(service, request, dataset, wait, std::move(awaited));
+  return later ? std::move(*later) : not_all_made_yet(service, dataset);
 }
 
 Awaited all_of(std::vector<proto::TileAddress> tiles) {

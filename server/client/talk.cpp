@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iostream>
 #include <thread>
+#include <utility>
 
 #include "proto/numbers.h"
 #include "server/http/problems.h"
@@ -54,10 +55,13 @@ Answer Talk::once(const Call& call) {
 bool Talk::may_help(const Answer& answer) {
   // A service that was never there is an address that is wrong, and said at once.
   if (!heard_ || !passes_by(answer)) return false;
+  const proto::Problem problem = problem_of(answer);
+  if (problem.type == "tile-not-ready" && std::exchange(not_ready_, problem.detail) != problem.detail)
+    moved_ = std::chrono::steady_clock::now();  // it says how much is made
   const milliseconds wait = std::max(pause_, asked_for(answer));
   if (std::chrono::steady_clock::now() + wait > moved_ + kPatience) return false;
   if (words_ == Verbosity::all) {
-    std::cerr << "cordillera: " << problem_of(answer).detail << "; trying again in " << (wait.count() + 999) / 1000 << " s\n";
+    std::cerr << "cordillera: " << problem.detail << "; trying again in " << (wait.count() + 999) / 1000 << " s\n";
   }
   std::this_thread::sleep_for(wait);
   pause_ = std::min(2 * pause_, kLongestPause);

@@ -34,6 +34,7 @@ class Talk {
   std::string address_;
   Verbosity words_;
   bool heard_ = false;
+  std::string not_ready_;  ///< what the service said last of something that is still to be made
   std::chrono::milliseconds pause_{250};
   std::chrono::steady_clock::time_point moved_ = std::chrono::steady_clock::now();
 };

@@ -24,6 +24,8 @@ inline bool is_finest_store(const std::string& name) { return name.starts_with(k
 inline constexpr const char* kBeingWritten = "-next";
 /// Tiles that were asked for lately, for the job.
 inline constexpr const char* kLookedAtFile = "looked-at";
+/// Its date is when all of the dataset was asked for last, for the job.
+inline constexpr const char* kAllWantedFile = "all-wanted";
 
 /// The file that says which blocks of a raster are there while it is fetched by ranges. Without it nothing of the raster is.
 inline std::filesystem::path map_of(const std::filesystem::path& raster) { return raster.string() + ".blocks"; }

@@ -67,7 +67,8 @@ proto::Result<std::optional<proto::DatasetVersion>> served_in(const fs::path& fo
 /// Whether a file is part of what is shown of a first version while that is made, or says where people look. What is still being
 /// written is not.
 bool is_shown(const std::string& name) {
-  return name == kProvisionalStore || name == kLookedAtFile || (is_finest_store(name) && name.find(kBeingWritten) == name.npos);
+  return name == kProvisionalStore || name == kLookedAtFile || name == kAllWantedFile ||
+         (is_finest_store(name) && name.find(kBeingWritten) == name.npos);
 }
 
 proto::Result<void> write_file(const fs::path& folder, const proto::SourceChanges& changes) {

@@ -25,7 +25,11 @@ void JobQueue::look(const Dataset& dataset, std::vector<proto::TileAddress> tile
   if (lazy) std::erase_if(tiles, [&](const proto::TileAddress& tile) { return !waits_for_block(shown, tile); });
   if (tiles.empty()) return;
   looked_at_.note(dataset.id, tiles, lazy || who == Who::waits ? LookedAt::Tell::now : LookedAt::Tell::now_and_then);
-  if (!lazy) return;
+  if (lazy) wake(dataset);
+}
+
+/// A turn for a lazy dataset, unless it has one or is to have one.
+void JobQueue::wake(const Dataset& dataset) {
   if (dataset.state == State::queued) return;  // its turn comes, or another attempt
   {
     const std::lock_guard lock(mutex_);
@@ -39,6 +43,11 @@ void JobQueue::look(const Dataset& dataset, std::vector<proto::TileAddress> tile
 void JobQueue::look_again(const Dataset& dataset, std::vector<proto::TileAddress> tiles, const proto::Manifest& shown) {
   looked_at_.any_of(dataset.id, [&](const proto::TileAddress& known) { return std::erase(tiles, known), tiles.empty(); });
   look(dataset, std::move(tiles), shown, Who::waits);
+}
+
+void JobQueue::look_at_all(const Dataset& dataset) {
+  looked_at_.note_all(dataset.id);
+  wake(dataset);
 }
 
 /// A lazy build whose job has ended: at the end of the queue, if somebody looked at a block that it has not come to.
@@ -55,7 +64,9 @@ JobQueue::Next JobQueue::pause(const Dataset& dataset, Paused why) {
   if (why == Paused::turn_is_over) return Next::again;
   const auto shown = pipeline::StoreReader::manifest_of(layout_.provisional(dataset.id).string());
   const bool more =
-      shown.ok() && looked_at_.any_of(dataset.id, [&](const proto::TileAddress& tile) { return waits_for_block(*shown, tile); });
+      looked_at_.all_wanted(dataset.id) || (shown.ok() && looked_at_.any_of(dataset.id, [&](const proto::TileAddress& tile) {
+        return waits_for_block(*shown, tile);
+      }));
   return more && looked_at ? Next::again : Next::done;
 }
 

@@ -100,6 +100,9 @@ class JobQueue {
   /// The same of somebody who waits for them since: nothing, unless so many others have looked elsewhere that this look is
   /// forgotten.
   void look_again(const Dataset& dataset, std::vector<proto::TileAddress> tiles, const proto::Manifest& shown);
+  /// Somebody wants what is made of all of a lazy dataset of which something is shown. All blocks are made, behind those that
+  /// others look at; a minute after the last one has asked no further ones are begun.
+  void look_at_all(const Dataset& dataset);
   /// What a build of the raster in this folder would make; waits for its client's turn beside the builds.
   proto::Result<proto::Estimate> dry_run(const std::filesystem::path& folder, const std::string& client, const proto::Job& asked);
   std::size_t waiting_dry_runs() const { return dry_turns_.waiting(); }
@@ -122,6 +125,7 @@ class JobQueue {
   /// The stop flag of a job of this dataset, which runs until the last copy goes; null: another runs, or all are to end.
   std::shared_ptr<std::atomic<bool>> begin(const std::string& id, Work work);
   void end_look(const std::string& id);
+  void wake(const Dataset& dataset);
   enum class Next { done, again };  ///< again: the dataset has more to do, at the end of the queue
   bool fetch_ahead(const std::string& id);
   void look_ahead(const std::string& id);

@@ -8,8 +8,30 @@ namespace {
 
 constexpr std::size_t kMostTiles = 64;  // what a screen shows
 constexpr auto kBetweenNotes = std::chrono::milliseconds(50);
+constexpr auto kWantsAllFor = std::chrono::minutes(1);  // a client that was told to ask again has done so by then
+
+bool wants_all(const std::filesystem::path& folder) {
+  std::error_code missing;
+  const auto asked = std::filesystem::last_write_time(folder / kAllWantedFile, missing);
+  return !missing && decltype(asked)::clock::now() - asked < kWantsAllFor;
+}
+
+/// Those that the file says.
+std::vector<proto::TileAddress> tiles_in(const std::filesystem::path& folder) {
+  std::vector<proto::TileAddress> tiles;
+  std::ifstream file(folder / kLookedAtFile);
+  for (proto::TileAddress tile; tiles.size() < kMostTiles && file >> tile.z >> tile.x >> tile.y;) tiles.push_back(tile);
+  return tiles;
+}
 
 }  // namespace
+
+void LookedAt::note_all(const std::string& id) const {
+  std::error_code ignored;
+  if (std::filesystem::exists(layout_.provisional(id), ignored)) std::ofstream(layout_.dataset(id) / kAllWantedFile) << '\n';
+}
+
+bool LookedAt::all_wanted(const std::string& id) const { return wants_all(layout_.dataset(id)); }
 
 void LookedAt::note(const std::string& id, const std::vector<proto::TileAddress>& asked, Tell tell) {
   std::error_code ignored;
@@ -19,7 +41,7 @@ void LookedAt::note(const std::string& id, const std::vector<proto::TileAddress>
   const auto [dataset, added] = datasets_.try_emplace(id);
   Tiles& tiles = dataset->second;
   if (added) {
-    for (const proto::TileAddress& earlier : read_looked_at(folder))
+    for (const proto::TileAddress& earlier : tiles_in(folder))
       tiles.last_first.push_back(earlier);  // of a service before this one
   }
   for (const proto::TileAddress& tile : asked) {
@@ -51,9 +73,8 @@ void LookedAt::forget(const std::string& id) {
 }
 
 std::vector<proto::TileAddress> read_looked_at(const std::filesystem::path& folder) {
-  std::vector<proto::TileAddress> tiles;
-  std::ifstream file(folder / kLookedAtFile);
-  for (proto::TileAddress tile; tiles.size() < kMostTiles && file >> tile.z >> tile.x >> tile.y;) tiles.push_back(tile);
+  std::vector<proto::TileAddress> tiles = tiles_in(folder);
+  if (wants_all(folder)) tiles.insert(tiles.end(), {{0, 0, 0}, {0, 1, 0}});
   return tiles;
 }
 

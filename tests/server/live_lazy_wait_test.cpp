@@ -122,6 +122,9 @@ TEST_F(LazyWait, MeshesHaveTheirBlocksMade) {
   EXPECT_THAT(made, AllOf(HasSubstr("200 OK"), Not(HasSubstr("Provisional: true")))) << server_.log();
   EXPECT_EQ(hash_of(made), hash_of(wanted));
   EXPECT_EQ(line_of(made, "ETag: "), line_of(wanted, "ETag: "));
+  const std::string box = part.substr(0, part.find('?') + 1) + part.substr(part.find("bbox"));
+  EXPECT_EQ(hash_of(whole(id, box)), hash_of(whole(full, box))) << "without a level, of that of the blocks";
+  EXPECT_EQ(status(id)["state"], "running") << "a box is not all";
   // Of the whole level the origin is in the middle of what is known of the bounds by then.
   const auto counts = [&](const std::string& dataset) {
     return shell("curl -q -s -m 500 '" + server_.base() + "/v1/datasets/" + dataset + level +
@@ -132,13 +135,34 @@ TEST_F(LazyWait, MeshesHaveTheirBlocksMade) {
   EXPECT_EQ(counts(id), counts(full));
 }
 
-TEST_F(LazyWait, MeshesOfLevelsAboveBlocksNeedAllOfThem) {
-  const std::string id = paused();
-  const int above = get(id, "/manifest.json")["done_blocks"]["level"].get<int>() - 1;
-  for (const std::string& part :
-       {std::string(), "?level=" + std::to_string(above), std::string("?bbox=10.04,46.04,10.09,46.08")}) {
-    EXPECT_EQ(get(id, "/mesh.glb" + part)["type"], "urn:cordillera:problem:dataset-not-ready") << part;
-  }
+TEST_F(LazyWait, AMeshOfTheWholeDatasetHasAllOfItMade) {
+  const std::string full = posted("&error=8&max_level=" + std::to_string(kFinest));
+  ASSERT_TRUE(is_ready(full)) << server_.log();
+  const std::string above = "/mesh.ply?level=" + get(full, "/manifest.json")["min_level"].dump();
+  const std::string id = paused(), made = whole(id, above);
+  EXPECT_THAT(made, AllOf(HasSubstr("200 OK"), Not(HasSubstr("Provisional: true")))) << server_.log();
+  EXPECT_EQ(hash_of(made), hash_of(whole(full, above)));
+  EXPECT_EQ(status(id)["state"], "ready");
+}
+
+TEST_F(LazyWait, WhoDoesNotWaitForTheWholeIsToldHowMuchIsMade) {
+  restart_with_limit("0");
+  const std::string id = paused(), path = server_.base() + "/v1/datasets/" + id + ".pmtiles";
+  const std::string said = shell("curl -q -s -D - '" + path + "'").output;
+  EXPECT_THAT(said, AllOf(HasSubstr("503"), HasSubstr("Retry-After: "), HasSubstr("tile-not-ready"), HasSubstr("of which "),
+                          HasSubstr(" % is built")));
+  EXPECT_TRUE(eventually([&] { return status(id)["state"] == "ready"; })) << "the one request is enough for a minute";
+  EXPECT_THAT(shell("curl -q -s --retry 1000 --retry-delay 1 -o /dev/null -w '%{http_code}' '" + path + "'").output, "200");
+}
+
+TEST_F(LazyWait, AFullBuildIsWaitedForByWhoSaysSo) {
+  const std::string id = posted();
+  const int held = server_.child_process();
+  ASSERT_EQ(kill(held, SIGSTOP), 0);
+  EXPECT_THAT(whole(id, ".pmtiles"), HasSubstr("409"));
+  EXPECT_THAT(whole(id, ".pmtiles", "-H 'Prefer: wait=1'"), AllOf(HasSubstr("503"), HasSubstr("Preference-Applied: wait=1")));
+  EXPECT_EQ(kill(held, SIGCONT), 0);
+  EXPECT_THAT(whole(id, ".pmtiles", "-H 'Prefer: wait'"), HasSubstr("200 OK")) << server_.log();
 }
 
 TEST_F(LazyWait, TheOperatorsLimitEndsTheWait) {

@@ -298,7 +298,7 @@ TEST(BlockOrder, blocks_that_are_looked_at_come_first) {
   Blocks follower;
   pipeline::BlockOrder order(blocks, &follower);
   EXPECT_EQ(order.next(), 0u);
-  follower.looked = {{3, 0, 0}, {7, 13, 5}, {6, 8, 2}};  // too coarse to say which, under 3/1, under 4/1
+  follower.looked = {{3, 0, 0}, {7, 13, 5}, {6, 8, 2}};  // of many blocks, under 3/1, under 4/1
   EXPECT_EQ(order.next(), 2u);
   EXPECT_EQ(order.next(), 3u);
   EXPECT_EQ(order.next(), 1u);
@@ -312,6 +312,13 @@ TEST(BlockOrder, those_that_are_looked_at_are_given_once) {
   EXPECT_EQ(order.looked_at(1), std::vector<std::size_t>{2});
   EXPECT_EQ(order.looked_at(9), std::vector<std::size_t>{0}) << "two tiles are of one block";
   EXPECT_TRUE(order.looked_at(9).empty());
+}
+
+TEST(BlockOrder, all_blocks_under_a_coarse_tile_come_behind_those_that_are_looked_at) {
+  Blocks follower;
+  pipeline::BlockOrder order({{5, 1, 1}, {5, 2, 1}, {5, 9, 1}, {5, 4, 1}}, &follower);
+  follower.looked = {{2, 0, 0}, {5, 4, 1}};
+  EXPECT_EQ(order.looked_at(9), (std::vector<std::size_t>{3, 0, 1})) << "5/9/1 is elsewhere";
 }
 
 /// Blocks by and by, over several processes: in the end the same bytes as at once.
