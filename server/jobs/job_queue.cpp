@@ -13,11 +13,10 @@
 namespace cordillera::server {
 namespace {
 
-constexpr auto kLookAgain = std::chrono::milliseconds(200);
 constexpr auto kFirstWait = std::chrono::seconds(2), kLongestWait = std::chrono::seconds(300);
-constexpr std::size_t kFetchesAhead = 2;
-constexpr int kTriesWithTables = 12;   // half an hour; an installation without them stays so
-constexpr int kTriesWithOneStore = 3;  // then what was built so far is thrown away: it may be what is wrong
+constexpr std::size_t kFetchesAtOnce = 8;  // they wait for other machines most of the time
+constexpr int kTriesWithTables = 12;       // half an hour; an installation without them stays so
+constexpr int kTriesWithOneStore = 3;      // then what was built so far is thrown away: it may be what is wrong
 
 }  // namespace
 
@@ -52,7 +51,7 @@ JobQueue::JobQueue(Parts parts, unsigned concurrency)
       published_(std::move(parts.published)),
       concurrency_(concurrency),
       dry_turns_(concurrency),
-      fetches_(kFetchesAhead),
+      fetches_(kFetchesAtOnce),
       looks_(1),
       pool_(concurrency) {
   // A pool takes descriptors for its clocks with the first one. When that is needed there may be none.
@@ -79,22 +78,20 @@ void JobQueue::resume() {
 
 void JobQueue::enqueue(const std::string& id, const std::string& client) {
   const Row dataset = registry_.find(id);
-  const bool fresh = dataset && dataset->state != State::ready, has_address = fresh && !dataset->address.empty();
-  if (fresh && !has_address) {
+  if (dataset && dataset->state != State::ready && dataset->address.empty()) {
     const std::lock_guard lock(mutex_);
     posted_.emplace(id, Clock::now());
   }
+  admit({id, client, 0});
+}
+
+/// To the turns, once its raster is there. Who waits for one is looked at meanwhile.
+void JobQueue::admit(const Turn& turn) {
+  const Row dataset = registry_.find(turn.id);
+  if (dataset && needs_fetch(*dataset)) return fetch_first(turn);
   const bool waits = unfinished_ >= concurrency_;
-  enqueue({id, client, 0});
-  if (!fresh || !waits || !job_of(*dataset).provisional()) return;
-  if (!has_address) return look_ahead(id);
-  boost::asio::post(fetches_, [this, id] {
-    try {
-      if (fetch_ahead(id)) look_ahead(id);
-    } catch (const std::exception& error) {  // the registry's, or want of memory; its build is tried all the same
-      log_warning("dataset " + id + ": " + error.what());
-    }
-  });
+  enqueue(turn);
+  if (waits && dataset && dataset->state != State::ready && job_of(*dataset).provisional()) look_ahead(turn.id);
 }
 
 void JobQueue::give_way(Running& job) {
@@ -287,17 +284,15 @@ JobQueue::Next JobQueue::run(const Turn& turn) {
   const std::string& id = turn.id;
   const int attempt = turn.attempt;
   end_look(id);
-  const auto flag = begin(id, Work::build);
+  auto flag = begin(id, Work::build);
   // Another change of the same dataset is being done, or its raster is fetched, and that thread may be about to end, or only wait
   // for looks: look again soon.
   if (!flag) return ask_to_end(id), later(kLookAgain, turn), Next::done;
   // Deleting takes the row away first: either it is gone here, or the delete finds this job in running_.
-  Row dataset = registry_.find(id);
+  const Row dataset = registry_.find(id);
   if (dataset) {
     const LogScope job("job", id), request("request", dataset->request_id);
-    if (const auto ended = have_raster(*dataset, turn, *flag)) return *ended;
-    if (!dataset->address.empty()) dataset = registry_.find(id);
-    if (!dataset) return Next::done;
+    if (needs_fetch(*dataset)) return flag.reset(), fetch_first(turn), Next::done;
     if (ledger_.holds(id)) return take_change(*dataset, turn, *flag);
     if (dataset->state == State::ready || dataset->state == State::failed)
       return Next::done;  // an earlier turn's work: its raster is gone

@@ -112,6 +112,7 @@ class JobQueue {
  private:
   using Turn = BuildTurns::Entry;
   using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::milliseconds kLookAgain{200};
   enum class Work { build, fetch, look, apart };
   struct Running {
     std::atomic<bool>* stop = nullptr;
@@ -127,7 +128,10 @@ class JobQueue {
   void end_look(const std::string& id);
   void wake(const Dataset& dataset);
   enum class Next { done, again };  ///< again: the dataset has more to do, at the end of the queue
-  bool fetch_ahead(const std::string& id);
+  void admit(const Turn& turn);
+  bool needs_fetch(const Dataset& dataset);
+  void fetch_first(const Turn& turn);
+  bool fetch(const Turn& turn);
   void look_ahead(const std::string& id);
   static void give_way(Running& job);
   void give_way_if_slow(const std::string& id, std::chrono::nanoseconds waited);
@@ -145,7 +149,7 @@ class JobQueue {
   static std::chrono::seconds wait_before(int attempt);
   Next run(const Turn& turn);
   void tell_fetching(const std::string& id);
-  std::optional<Next> have_raster(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop);
+  bool have_raster(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop);
   proto::Result<void> fetch_raster(const Dataset& dataset, const std::atomic<bool>& stop);
   bool has_raster(const Dataset& dataset) const;
   std::filesystem::path next_rasters(const std::string& id) const;
@@ -178,8 +182,11 @@ class JobQueue {
   void stand_still(std::chrono::milliseconds longest);
   // Of datasets whose rasters can be changed: one change, then the others' turns.
   Next take_change(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop);
-  Outcome take_turn(const Dataset& dataset, proto::SourceChange change, metrics::StageClock& clock,
+  bool fetch_change(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop);
+  proto::Result<void> fetch_source(const std::string& id, proto::SourceChange change, const std::atomic<bool>& stop);
+  Outcome take_turn(const Dataset& dataset, const proto::SourceChange& change, metrics::StageClock& clock,
                     const std::atomic<bool>& stop);
+  Next settle(const Dataset& dataset, const proto::SourceChange& change, const Outcome& outcome, const Turn& turn);
   void end_turn(const Dataset& dataset, const proto::SourceChange& change, const Outcome& outcome);
   proto::Result<std::optional<proto::Estimate>> build(const Dataset& dataset, metrics::StageClock& clock,
                                                       const std::atomic<bool>& stop);
@@ -209,7 +216,7 @@ class JobQueue {
   std::atomic<unsigned> unfinished_{0};  ///< turns that wait or run
   DryTurns dry_turns_;
   BuildTurns turns_;
-  boost::asio::thread_pool fetches_;  ///< of rasters whose builds wait
+  boost::asio::thread_pool fetches_;  ///< of rasters that stand at an address, before their turns
   boost::asio::thread_pool looks_;    ///< at rasters whose builds wait: one at a time
   boost::asio::thread_pool pool_;     ///< last: its threads use the rest
 };

@@ -21,8 +21,15 @@ JobQueue::Next JobQueue::take_change(const Dataset& dataset, const Turn& turn, c
   const Outcome outcome = take_turn(dataset, *change, clock, stop);
   const bool paused = !outcome && outcome.problem().type == "paused";
   clock.end(stop ? "cancelled" : outcome ? "ready" : paused ? "paused" : "failed");
-  if (stop) return Next::done;
-  if (paused) return pause(dataset, why_paused(outcome.problem()));
+  return stop ? Next::done : settle(dataset, *change, outcome, turn);
+}
+
+/// What comes of a change that has had its turn, or whose raster could not be fetched.
+JobQueue::Next JobQueue::settle(const Dataset& dataset, const proto::SourceChange& change, const Outcome& outcome,
+                                const Turn& turn) {
+  const std::string& id = dataset.id;
+  const bool served = dataset.state == State::ready;
+  if (!outcome && outcome.problem().type == "paused") return pause(dataset, why_paused(outcome.problem()));
   if (!outcome && is_passing(outcome.problem(), turn.attempt)) {
     if (!served) registry_.set_state(id, State::queued, outcome.problem());
     hub_.touch(id);
@@ -34,26 +41,41 @@ JobQueue::Next JobQueue::take_change(const Dataset& dataset, const Turn& turn, c
     finish(dataset, outcome);
     return Next::done;
   }
-  end_turn(dataset, *change, outcome);
+  end_turn(dataset, change, outcome);
   return ledger_.first(id) ? Next::again : Next::done;
 }
 
-JobQueue::Outcome JobQueue::take_turn(const Dataset& dataset, proto::SourceChange change, metrics::StageClock& clock,
+/// The raster that a change adds, from its address. False: the change has come to its end with that, or is tried again.
+bool JobQueue::fetch_change(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop) {
+  const auto change = ledger_.first(dataset.id);
+  if (!change) return false;
+  if (dataset.state != State::ready) registry_.set_state(dataset.id, State::running, std::nullopt);
+  tell_fetching(dataset.id);
+  const auto fetched = fetch_source(dataset.id, *change, stop);
+  if (stop) return false;
+  if (!fetched && settle(dataset, *change, fetched.problem(), turn) == Next::again) enqueue({turn.id, turn.client, 0});
+  if (!fetched) return false;
+  if (dataset.state != State::ready) registry_.set_state(dataset.id, State::queued, std::nullopt);
+  hub_.touch(dataset.id);
+  return true;
+}
+
+proto::Result<void> JobQueue::fetch_source(const std::string& id, proto::SourceChange change, const std::atomic<bool>& stop) {
+  proto::DatasetSource& source = *change.mutable_source();
+  const fs::path file = layout_.dataset(id) / source.spec().path();
+  if (const auto fetched = fetch_.whole(source.url(), file, stop); !fetched) return fetched.problem();
+  if (auto refused = refuse_list(file, updates::listed_name(source.url()))) return *refused;
+  source.set_hash(digest_of_file(file));
+  std::error_code error;
+  source.set_bytes(static_cast<double>(fs::file_size(file, error)));
+  return ledger_.amend(id, change);
+}
+
+JobQueue::Outcome JobQueue::take_turn(const Dataset& dataset, const proto::SourceChange& change, metrics::StageClock& clock,
                                       const std::atomic<bool>& stop) {
   const std::string& id = dataset.id;
   const fs::path folder = layout_.dataset(id);
   if (updates::is_done(layout_, id, change)) return std::optional<proto::Estimate>();
-  proto::DatasetSource& source = *change.mutable_source();
-  if (!source.url().empty() && source.hash().empty()) {
-    tell_fetching(id);
-    const fs::path file = folder / source.spec().path();
-    if (const auto fetched = fetch_.whole(source.url(), file, stop); !fetched) return fetched.problem();
-    if (auto refused = refuse_list(file, updates::listed_name(source.url()))) return *refused;
-    source.set_hash(digest_of_file(file));
-    std::error_code error;
-    source.set_bytes(static_cast<double>(fs::file_size(file, error)));
-    if (const auto noted = ledger_.amend(id, change); !noted) return noted.problem();
-  }
   if (const auto prepared = updates::prepare(layout_, id, change); !prepared) return prepared.problem();
   proto::Job job = job_of(dataset);
   job.set_request_id(change.request_id());

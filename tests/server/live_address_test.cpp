@@ -106,6 +106,23 @@ TEST_F(LiveAddress, WhatChangesIsBuiltAnewAndWhatIsGoneGoes) {
                                                                            << server_.log();
 }
 
+TEST_F(LiveAddress, ACopyThatIsSlowKeepsNoOtherBuildWaiting) {
+  host_.hangs("/dems/slow.asc");
+  start({"--jobs", "1"});
+  const std::string options = "crs=EPSG:4326&vertical_datum=ellipsoid&error=20";
+  const auto post = [&](const std::string& query, const std::string& more = "-X POST") {
+    return json("/v1/datasets?" + options + query, more).value("id", "");
+  };
+  const std::string slow = post("&build=full&source=" + host_.address() + "/dems/slow.asc");
+  ASSERT_TRUE(eventually([&] { return asked("/dems/slow.asc") > 0; })) << server_.log();
+  std::ofstream(folder_.path() / "cone.asc") << cone_of(1500);
+  const std::string quick = post("&name=cone.asc", "--data-binary @" + (folder_.path() / "cone.asc").string());
+  EXPECT_TRUE(eventually([&] { return status(quick)["state"] == "ready"; })) << server_.log();
+  EXPECT_EQ(status(slow)["progress"]["stage"], "fetch") << status(slow);
+  EXPECT_EQ(shell("curl -q -s -m 500 -o /dev/null -w '%{http_code}' -X DELETE " + server_.base() + "/v1/datasets/" + slow).output,
+            "204");
+}
+
 TEST_F(LiveAddress, AKilledServiceFindsItAgain) {
   start();
   const std::string cone = query("/dems/cone.asc");

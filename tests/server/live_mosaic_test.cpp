@@ -1,4 +1,6 @@
 // Lists of rasters, and VRTs, at an address: what they name is read by ranges, too.
+#include <signal.h>
+
 #include "live_address_fixture.h"
 
 namespace cordillera::server {
@@ -234,9 +236,12 @@ TEST_F(LiveMosaic, AListIsReadLazily) {
 TEST_F(LiveMosaic, AnAddressIsShownWhileItWaits) {
   host_.has_tagged("/dems/items", items_, "\"items\"");
   start({"--jobs", "1"});
-  host_.hangs("/dems/slow.asc");
-  const std::string slow = json("/v1/live" + query("/dems/slow.asc"), "-H 'Prefer: wait=0'").value("id", "");
-  ASSERT_TRUE(eventually([&] { return asked("/dems/slow.asc") > 0; })) << server_.log();
+  const std::string held =
+      json("/v1/datasets?name=hills.tif&crs=EPSG:4326&vertical_datum=ellipsoid&error=1&threads=1", "--data-binary @" + raster_)
+          .value("id", "");
+  ASSERT_TRUE(eventually([&] { return status(held)["provisional"] == true; })) << server_.log();
+  const int job = server_.child_process();
+  ASSERT_EQ(kill(job, SIGSTOP), 0);
   const std::string items = id_of(sought("/dems/items")), hills = id_of(sought(kCog));
   for (const std::string& id : {items, hills}) {
     const Json waits = status(id);
@@ -244,8 +249,9 @@ TEST_F(LiveMosaic, AnAddressIsShownWhileItWaits) {
     EXPECT_EQ(waits.value("provisional", false), true) << waits;
     EXPECT_THAT(body("/v1/datasets/" + id + "/tileset.json"), HasSubstr("geometricError"));
   }
-  EXPECT_EQ(status(slow)["state"], "running") << "or nothing has waited";
-  shell("curl -q -s -X DELETE '" + server_.base() + "/v1/datasets/" + slow + "'");
+  EXPECT_EQ(status(held)["state"], "running") << "or nothing has waited";
+  EXPECT_EQ(kill(job, SIGCONT), 0);
+  shell("curl -q -s -X DELETE '" + server_.base() + "/v1/datasets/" + held + "'");
   EXPECT_FALSE(final_tile(items, tile_at(11.25, 46.4)).empty()) << server_.log();
   EXPECT_FALSE(final_tile(hills, tile_at(11.25, 46.4)).empty());
 }
