@@ -27,7 +27,7 @@ struct FetchList {
 };
 
 struct FetchCounts {
-  std::atomic<std::size_t> fetched{0}, unchanged{0}, absent{0};
+  std::atomic<std::size_t> fetched{0}, provisional{0}, unchanged{0}, absent{0};
   std::atomic<std::uint64_t> bytes{0};
 };
 
@@ -77,7 +77,8 @@ class Fetching {
   }
 
   proto::Result<void> fetch(Talk& talk, Shelf& shelf, const std::string& address, const std::string& name) {
-    Call call = {"GET", "/v1/datasets/" + line_.id + "/" + address};
+    // A tile that stands in for one that is to be made is no file to keep.
+    Call call = {"GET", "/v1/datasets/" + line_.id + "/" + address, {{"Prefer", "wait"}}};
     const std::string from = talk.address() + call.path;
     talk.moved();
     if (unchanged(talk, call.path, shelf.tag(name, from))) {
@@ -98,6 +99,7 @@ class Fetching {
                        "a folder that can be written, with room", "--output"};
       if (answer.whole(200)) {
         ++counts_.fetched;
+        counts_.provisional += answer.header("cordillera-provisional").empty() ? 0 : 1;
         counts_.bytes += bytes;
         return done(address, part.put(name, from, answer.header("etag")));
       }
@@ -191,6 +193,7 @@ void say(const FetchLine& line, const Fetching& fetch) {
   const FetchCounts& counts = fetch.counts();
   if (line.show == Show::json) {
     Json json = {{"fetched", counts.fetched.load()},
+                 {"provisional", counts.provisional.load()},
                  {"unchanged", counts.unchanged.load()},
                  {"absent", counts.absent.load()},
                  {"bytes", counts.bytes.load()}};
@@ -199,8 +202,10 @@ void say(const FetchLine& line, const Fetching& fetch) {
   } else if (line.middle) {
     std::cout << fetch.last() << std::endl;
   } else if (line.words == Verbosity::all) {
-    std::cerr << counts.fetched << " fetched, " << counts.bytes << " bytes; " << counts.unchanged << " unchanged; "
-              << counts.absent << " addresses without a tile\n";
+    std::cerr << counts.fetched << " fetched, ";
+    if (counts.provisional > 0) std::cerr << counts.provisional << " of them provisional, ";
+    std::cerr << counts.bytes << " bytes; " << counts.unchanged << " unchanged; " << counts.absent
+              << " addresses without a tile\n";
   }
 }
 

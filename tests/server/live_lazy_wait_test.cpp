@@ -96,6 +96,20 @@ TEST_F(LazyWait, AStandInIsGivenAtOnceAndTheFinalTileToWhoPrefersToWait) {
   EXPECT_NE(hash_of(stand_in), hash_of(final_one));
 }
 
+TEST_F(LazyWait, FetchTakesFinalTilesAndSaysWhichAreNone) {
+  const std::string id = paused(), path = of_block_level(id), file = (folder_.path() / "tile.drc").string();
+  const int level = get(id, "/manifest.json")["done_blocks"]["level"];
+  const auto fetch = [&](const std::string& address) {
+    return Json::parse(shell(kProgram + " fetch --json -q --server " + server_.base() + " -o " + file + " " + id + " " +
+                             address.substr(std::string("/tiles/").size()))
+                           .output,
+                       nullptr, false);
+  };
+  EXPECT_EQ(fetch(path)["provisional"], 0) << server_.log();
+  EXPECT_EQ(file_text(file), shell("curl -q -s " + server_.base() + "/v1/datasets/" + id + path).output);
+  EXPECT_EQ(fetch(middle(level - 1))["provisional"], 1) << "above its blocks nothing is final yet";
+}
+
 TEST_F(LazyWait, HeightsWaitForTheirBlocks) {
   const std::string full = posted("&error=8&max_level=" + std::to_string(kFinest));
   ASSERT_TRUE(is_ready(full)) << server_.log();
@@ -133,15 +147,9 @@ TEST_F(LazyWait, MeshesHaveTheirBlocksMade) {
   };
   EXPECT_THAT(counts(id), HasSubstr("element face ")) << server_.log();
   EXPECT_EQ(counts(id), counts(full));
-}
-
-TEST_F(LazyWait, AMeshOfTheWholeDatasetHasAllOfItMade) {
-  const std::string full = posted("&error=8&max_level=" + std::to_string(kFinest));
-  ASSERT_TRUE(is_ready(full)) << server_.log();
-  const std::string above = "/mesh.ply?level=" + get(full, "/manifest.json")["min_level"].dump();
-  const std::string id = paused(), made = whole(id, above);
-  EXPECT_THAT(made, AllOf(HasSubstr("200 OK"), Not(HasSubstr("Provisional: true")))) << server_.log();
-  EXPECT_EQ(hash_of(made), hash_of(whole(full, above)));
+  const std::string above = "/mesh.ply?level=" + get(full, "/manifest.json")["min_level"].dump(), all = whole(id, above);
+  EXPECT_THAT(all, AllOf(HasSubstr("200 OK"), Not(HasSubstr("Provisional: true")))) << server_.log();
+  EXPECT_EQ(hash_of(all), hash_of(whole(full, above)));
   EXPECT_EQ(status(id)["state"], "ready");
 }
 
