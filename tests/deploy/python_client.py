@@ -84,6 +84,7 @@ def main():
     assert not os.listdir(os.path.join(os.environ["XDG_STATE_HOME"], "cordillera", "uploads"))
     assert dataset.tile(8, 154, 190) == plain(dataset.url + "/tiles/8/154/190.drc")
     assert dataset.tile(8, 154, 190, "glb")[:4] == b"glTF"
+    assert dataset.tile(8, 154, 190, "terrain") == dataset.fetch("terrain/8/154/190.terrain")
     assert refused("tile-unknown", lambda: dataset.tile(8, 0, 0)).status == 404
     heights(dataset)
 

@@ -46,12 +46,13 @@ class Dataset:
         return self
 
     def tile(self, z: int, x: int, y: int, format: str = "drc") -> bytes:
-        """format: drc, glb, terrain and others of docs/formats/formats.md. Problem tile-unknown: there is none."""
-        return self.fetch(f"tiles/{z:d}/{x:d}/{y:d}.{urllib.parse.quote(format)}")
+        """format: drc, glb or terrain (quantized-mesh); other tiles by fetch(). Problem tile-unknown: there is none."""
+        folder = "terrain" if format == "terrain" else "tiles"
+        return self.fetch(f"{folder}/{z:d}/{x:d}/{y:d}.{urllib.parse.quote(format)}")
 
     def fetch(self, path: str) -> bytes:
-        """Any address below the dataset's, such as tileset.json."""
-        return self._connection.ask("GET", self._path + "/" + path.lstrip("/")).body
+        """Any address below the dataset's, such as tileset.json. Waits for tiles that are still to be made."""
+        return self._connection.ask("GET", self._path + "/" + path.lstrip("/"), {"Prefer": "wait"}).body
 
     def elevation(self, longitude_deg: float, latitude_deg: float, *, level: Optional[int] = None) -> Height:
         return self.elevations([(longitude_deg, latitude_deg)], level=level)[0]
