@@ -193,13 +193,21 @@ proto::Result<void> check_publish(const PublishLine& line) {
   return {};
 }
 
+/// The folder that the output lies in: of a folder it is made, as build makes it; of a file it must be there, as for export.
+proto::Result<void> prepare_parent(const PublishLine& line, const fs::path& place) {
+  const std::string parent = place.parent_path().string();
+  std::error_code error, missing;
+  if (written_as(line.output) == Written::folder) fs::create_directories(parent, error);
+  if (!error && fs::is_directory(parent, missing)) return {};
+  const std::string why = error ? "cannot create " + parent + ": " + error.message() : "there is no folder " + parent;
+  return Problem{"output-failed", place.string() + " cannot be written: " + why, "a place in a folder that can be written",
+                 "--output"};
+}
+
 /// What is in the output's place may stay, or be replaced.
 proto::Result<void> check_place(const PublishLine& line, const fs::path& place) {
   const bool remote = raster::is_remote(line.output);
   std::error_code error;
-  if (!fs::is_directory(place.parent_path(), error))
-    return Problem{"storage-write", place.string() + " cannot be written: there is no folder " + place.parent_path().string(),
-                   "a folder that can be written", "--output"};
   if (written_as(line.output) == Written::folder) return pipeline::check_export_folder(place.string(), line.other);
   const bool there = remote ? raster::size_of(line.output).has_value() : fs::exists(place, error);
   if (there && line.other == pipeline::Existing::refuse) return pipeline::output_exists(line.output + " is there already");
@@ -341,6 +349,7 @@ int publish_command(const PublishLine& line) {
   }
   fs::path place = fs::absolute(remote ? elsewhere->place("dataset.sqlite") : line.output).lexically_normal();
   if (!place.has_filename()) place = place.parent_path();
+  if (const auto prepared = prepare_parent(line, place); !prepared) return give_up(prepared.problem());
   const raster::FileLock lock(place.string() + ".publishing.lock");
   if (lock.others()) return give_up(at_work_there(place.string()));
   if (const auto usable = check_place(line, place); !usable) return give_up(usable.problem());

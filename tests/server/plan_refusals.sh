@@ -82,8 +82,12 @@ mkdir elsewhere
 (cd elsewhere && "$program" work ../here -q > ../said 2>&1) || fail 'tasks cannot be done in another folder'
 says 0 '' publish here -o out -q
 
-# What cannot be written now may be later.
-says 75 'cannot be written' publish here -o dem/dem00.asc/out.sqlite
+# A place that cannot be written will not be one later; the folders above a folder are made, as build makes them.
+says 1 'there is no folder .*dem00.asc' publish here -o dem/dem00.asc/out.sqlite
+says 1 'cannot create .*dem00.asc: Not a directory' publish here -o dem/dem00.asc/out
+says 1 "there is no folder $work/nowhere" publish here -o nowhere/out.sqlite
+says 0 '' publish here -o new/folders/out -q
+[[ -e new/folders/out/tileset.json ]] || fail 'there is no tile set'
 
 # What has another size or date is told with both; what is not there, with its whole path.
 mkdir alone && cp dem/dem00.* alone && rm -rf one
@@ -113,7 +117,6 @@ says 0 '' publish here -o twice.sqlite -q
 
 # A name says what is written, as for build.
 says 2 'publish writes no such file as out.png' publish here -o out.png
-says 75 "there is no folder $work/nowhere" publish here -o nowhere/out
 says 0 '' publish here -o out.pmtiles --formats terrain-rgb -q
 [[ $(head -c 7 out.pmtiles) == PMTiles ]] || fail 'that is no archive'
 [[ ! -e out.pmtiles.publishing.sqlite ]] || fail 'the dataset of an archive stays'
