@@ -39,6 +39,19 @@ proto::BuildOptions effective(const BuildRequest& request, const proto::Plan& pl
 
 }  // namespace
 
+std::optional<std::string> note_on_voids(const std::vector<raster::MosaicMember>& members) {
+  constexpr std::size_t kMostNamed = 5;
+  std::size_t count = 0;
+  std::string named;
+  for (const raster::MosaicMember& member : members) {
+    if (!member.description.all_void() || ++count > kMostNamed) continue;
+    named += (named.empty() ? "" : ", ") + proto::as_utf8(member.name);
+  }
+  if (count == 0) return std::nullopt;
+  return std::to_string(count) + " of " + std::to_string(members.size()) +
+         (count == 1 ? " rasters has no data: " : " rasters have no data: ") + named + (count > kMostNamed ? ", …" : "");
+}
+
 std::optional<raster::ValueLook> look_at_values(raster::Source& source) {
   const auto pixels = source.decimate(raster::kPixelsLookedAt);
   if (!pixels.ok() || *pixels == nullptr) return std::nullopt;  // several rasters, or too much of one to be decoded
@@ -62,6 +75,7 @@ proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& p
   for (const raster::MosaicMember& member : request.members) *manifest.add_sources() = member.description;
   *manifest.mutable_notes() = request.options.warnings();
   if (std::string why = why_waves(plan); !why.empty()) manifest.add_notes(std::move(why));
+  if (auto note = note_on_voids(request.members)) manifest.add_notes(std::move(*note));
   if (std::string note = note_on_mask(request.options, source); !note.empty()) manifest.add_notes(std::move(note));
   *manifest.mutable_options() = effective(request, plan, source, machine);
   manifest.mutable_options()->set_name(manifest.name());

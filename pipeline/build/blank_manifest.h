@@ -19,6 +19,9 @@ struct Machine {
 proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& plan, const proto::Source& source,
                                const Machine& machine);
 
+/// A sentence on those of several rasters that are known to have no data.
+std::optional<std::string> note_on_voids(const std::vector<raster::MosaicMember>& members);
+
 /// None: several rasters, or too much would have to be read.
 std::optional<raster::ValueLook> look_at_values(raster::Source& source);
 /// What a person should know of values that were looked at.

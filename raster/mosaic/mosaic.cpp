@@ -10,6 +10,7 @@
 #include "proto/ellipsoid.h"
 #include "proto/integers.h"
 #include "proto/lru.h"
+#include "raster/mosaic/all_void.h"
 #include "raster/mosaic/blend.h"
 #include "raster/mosaic/mosaic_description.h"
 #include "raster/mosaic/same_grid.h"
@@ -325,6 +326,18 @@ class Mosaic final : public Source {
   std::map<std::pair<int, std::int64_t>, std::int32_t> pole_heights_;  ///< by level and row
 };
 
+MosaicMember member_of(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options,
+                       const Source& source) {
+  return {path,
+          name,
+          trust,
+          options,
+          source.description(),
+          source.window(kMemberLattice),
+          state_of_raster(path, trust),
+          source.datum_print()};
+}
+
 }  // namespace
 
 Window coarser(const Window& window, const proto::Lattice& lattice) {
@@ -359,15 +372,16 @@ std::int64_t reach_beyond(const proto::Source& source, const proto::Lattice& lat
 proto::Result<MosaicMember> examine(const std::string& path, const std::string& name, Trust trust,
                                     const proto::BuildOptions& options) {
   const auto source = open_source(path, name, trust, options);
+  return source.ok() ? member_of(path, name, trust, options, **source) : proto::Result<MosaicMember>(source.problem());
+}
+
+proto::Result<MosaicMember> examine_pixels(const std::string& path, const std::string& name, Trust trust,
+                                           const proto::BuildOptions& options) {
+  const auto source = open_source(path, name, trust, options);
   if (!source.ok()) return source.problem();
-  return MosaicMember{path,
-                      name,
-                      trust,
-                      options,
-                      (*source)->description(),
-                      (*source)->window(kMemberLattice),
-                      state_of_raster(path, trust),
-                      (*source)->datum_print()};
+  MosaicMember member = member_of(path, name, trust, options, **source);
+  if (is_all_void(dynamic_cast<RasterSource&>(**source))) member.description.set_all_void(true);
+  return member;
 }
 
 std::unique_ptr<Source> make_mosaic(std::vector<MosaicMember> members, double feather_m) {

@@ -28,6 +28,10 @@ struct MosaicMember {
 proto::Result<MosaicMember> examine(const std::string& path, const std::string& name, Trust trust,
                                     const proto::BuildOptions& options);
 
+/// As examine, and looks at the pixels, too: description.all_void says where none has data.
+proto::Result<MosaicMember> examine_pixels(const std::string& path, const std::string& name, Trust trust,
+                                           const proto::BuildOptions& options);
+
 /// The lattice vertices of a coarser lattice inside a member's window; empty (west > east) when there are none.
 Source::Window coarser(const Source::Window& window, const proto::Lattice& lattice);
 

@@ -31,6 +31,7 @@ proto::Source describe_mosaic(const std::vector<MosaicMember>& members, const So
     description.set_columns(std::max(description.columns(), member.description.columns()));
     description.set_rows(std::max(description.rows(), member.description.rows()));
   }
+  description.clear_all_void();
   description.set_file(std::to_string(members.size()) + " rasters");
   const auto common = [&](auto get) {
     std::set<std::string> values;

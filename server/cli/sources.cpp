@@ -7,10 +7,12 @@
 #include <filesystem>
 #include <iostream>
 
+#include "pipeline/build/blank_manifest.h"
 #include "pipeline/threads/workers.h"
 #include "proto/mesh.h"
 #include "raster/mosaic/source_list.h"
 #include "raster/mosaic/window_index.h"
+#include "raster/storage/storage.h"
 
 namespace cordillera::server {
 namespace {
@@ -98,8 +100,9 @@ std::vector<std::optional<proto::Result<MosaicMember>>> examine_all(const std::v
   pipeline::Workers(std::max(count, 1u)).each(named.size(), [&](std::size_t k, unsigned) {
     if (k > first_bad) return;
     const std::string& path = named[k].source.path;
-    examined[k] =
-        raster::examine(path, std::filesystem::path(path).filename().string(), raster::Trust::operator_file, named[k].options);
+    // Of one in a storage pixels cost another request.
+    const auto look = raster::is_remote(path) ? raster::examine : raster::examine_pixels;
+    examined[k] = look(path, std::filesystem::path(path).filename().string(), raster::Trust::operator_file, named[k].options);
     if (*examined[k] || bad == BadSource::skip || lies_beside(named[k], examined[k]->problem())) return;
     for (std::size_t before = first_bad; k < before && !first_bad.compare_exchange_weak(before, k);) {}
   });
@@ -137,6 +140,7 @@ proto::Result<Sources> examine_sources(const std::vector<std::string>& words, co
                    "none of the rasters can be used" + (sources.skipped.empty() ? "" : "; the first: " + sources.skipped.front()),
                    "at least one raster that can be read, inside the bbox", ""};
   }
+  if (auto note = pipeline::note_on_voids(sources.members)) sources.warnings.push_back(std::move(*note));
   warn_of_datums(sources);
   return sources;
 }

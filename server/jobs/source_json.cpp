@@ -39,6 +39,7 @@ Json source_json(const proto::DatasetSource& source, std::optional<int> position
   json["crs"] = found->crs();
   json["vertical_datum"] = found->vertical_datum();
   json["vertical_datum_from"] = found->vertical_datum_from();
+  if (found->all_void()) json["all_void"] = true;
   return json;
 }
 

@@ -131,6 +131,20 @@ TEST_F(Mosaic, a_member_that_vanished_is_named) {
   EXPECT_NE(samples.problem().detail.find("a.tif"), std::string::npos);
 }
 
+/// A raster of nothing but voids is known for one; a single pixel with data, wherever it lies, makes it another.
+TEST_F(Mosaic, a_raster_of_voids_is_known_for_one) {
+  const auto looked_at = [&](const std::string& name, int side, std::function<double(int, int)> value) {
+    const auto member = square(name, 0, 0, side, std::move(value));
+    const auto found = raster::examine_pixels(member.path, name, raster::Trust::operator_file, plain_options());
+    EXPECT_TRUE(found.ok()) << found.problem().line();
+    return found->description.all_void();
+  };
+  EXPECT_TRUE(looked_at("void.tif", 300, [](int, int) { return -9999.0; }));
+  EXPECT_TRUE(looked_at("dot-void.tif", 1, [](int, int) { return -9999.0; }));
+  EXPECT_FALSE(looked_at("corner.tif", 300, [](int c, int r) { return c == 299 && r == 299 ? 5 : -9999.0; }));
+  EXPECT_FALSE(looked_at("middle.tif", 300, [](int c, int r) { return c == 150 && r == 150 ? 0 : -9999.0; }));
+}
+
 TEST(Blend, distances_count_diagonals_as_one) {
   proto::Samples samples;
   samples.columns = samples.rows = 9;

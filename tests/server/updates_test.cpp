@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <httplib.h>
 
+#include <iomanip>
+
 #include "pipeline/store/store_revise.h"
 #include "program_fixture.h"
 #include "tests/whole/bytes.h"
@@ -138,6 +140,25 @@ TEST_F(Updates, APatchTouchesWhatItTouchesAndCanBeTakenBack) {
   // And on from there.
   EXPECT_EQ(change("POST", "/sources?name=patch.tif", "patch.tif").body["version"], 3);
   EXPECT_EQ(served(), second);
+}
+
+TEST_F(Updates, ARasterWithoutDataIsNamed) {
+  begin();
+  const Bytes before = served();
+  const proto::Lattice lattice{kLevel};
+  std::ofstream out(path("void.asc"));
+  out << std::setprecision(17) << "ncols 20\nnrows 20\nxllcorner " << lattice.longitude_deg(kWest + 100) << "\nyllcorner "
+      << lattice.latitude_deg(kNorth - 100) << "\ncellsize " << lattice.cell_deg() << "\nNODATA_value -9999\n";
+  for (int k = 0; k < 400; ++k) out << "-9999 ";
+  out.close();
+  ASSERT_EQ(change("POST", "/sources?name=void.asc&crs=EPSG:4326", "void.asc").status, 201);
+  whole::expect_same(served(), before);
+  const Json sources = listed()["sources"];
+  EXPECT_EQ(sources[0]["all_void"], true);
+  EXPECT_FALSE(sources[1].contains("all_void"));
+  EXPECT_THAT(ask("GET", base_).body["notes"].dump(), HasSubstr("1 of 2 rasters has no data: void.asc"));
+  ASSERT_EQ(change("PUT", "/sources/" + source(0) + "?name=patch.tif", "patch.tif").status, 200);
+  EXPECT_THAT(ask("GET", base_).body["notes"].dump(), testing::Not(HasSubstr("no data")));
 }
 
 TEST_F(Updates, OrderOptionsAndEnds) {

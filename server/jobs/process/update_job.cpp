@@ -62,7 +62,7 @@ proto::Result<proto::Manifest> build_target(const proto::Job& job, const fs::pat
     const proto::BuildOptions options = over(job.options(), source.spec().options());
     auto member = known(before, source, options);
     if (!member) {
-      auto examined = raster::examine(source.spec().path(), source.spec().name(), raster::Trust::posted_file, options);
+      auto examined = raster::examine_pixels(source.spec().path(), source.spec().name(), raster::Trust::posted_file, options);
       if (!examined.ok()) return examined.problem();
       if (auto refused = too_large(source.spec().name(), examined->description)) return *refused;
       member = std::move(*examined);
