@@ -223,11 +223,13 @@ class Mosaic final : public Source {
     if (known != neighbours_.end()) return known->second;
     constexpr std::int64_t kBeside = 2;
     const proto::Source& own = members_[member].description;
-    const Window wide = widened(members_[member].window, kBeside + reach_of_points(own, kMemberLattice));
     std::vector<GridNeighbour> found;
     for (std::size_t k = 0; k < members_.size(); ++k) {
-      if (k == member || !may_share_grid(own, members_[k].description) || !touch(members_[k].window, wide, kMemberLattice))
-        continue;
+      const proto::Source& next = members_[k].description;
+      if (k == member || !may_share_grid(own, next)) continue;
+      // Half a pixel is open between points and areas, and a whole one between points.
+      const std::int64_t apart = reach_of_points(is_of_points(own) ? own : next, kMemberLattice);
+      if (!touch(members_[k].window, widened(members_[member].window, kBeside + apart), kMemberLattice)) continue;
       const auto self = opened(member), other = opened(k);
       if (!self.ok()) return self.problem();
       if (!other.ok()) return other.problem();

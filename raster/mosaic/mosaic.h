@@ -38,7 +38,7 @@ Source::Window coarser(const Source::Window& window, const proto::Lattice& latti
 /// Whether two windows of a lattice share a vertex; columns are taken modulo the circle.
 bool touch(const Source::Window& a, const Source::Window& b, const proto::Lattice& lattice);
 
-/// Members that were cut from one grid (the same CRS, vertical datum, kind and size of pixels) are interpolated across their
+/// Members that were cut from one grid (the same CRS, vertical datum and size of pixels) are interpolated across their
 /// common sides, and between their outermost points, as if they were one raster. feather_m: the width over which a raster gives
 /// way to those below it, towards its rims and voids; 0: it ends in a step. Heights are blended in whole steps, and a vertex's
 /// height depends on nothing but the members around it, or around the pole that it is. Members are opened when their place is

@@ -16,8 +16,8 @@ bool same_size(double a, double b) { return std::abs(a - b) <= kSizeShare * std:
 bool may_share_grid(const proto::Source& a, const proto::Source& b) {
   constexpr double kMetresShare = 0.1;  // of pixels in degrees, which are narrower farther north
   const auto about = [](double x, double y) { return std::abs(x - y) <= kMetresShare * std::max(x, y); };
-  return a.pixel() == b.pixel() && a.crs() == b.crs() && a.vertical_datum() == b.vertical_datum() &&
-         a.vertical_grid() == b.vertical_grid() && about(a.pixel_height_m(), b.pixel_height_m());
+  return a.crs() == b.crs() && a.vertical_datum() == b.vertical_datum() && a.vertical_grid() == b.vertical_grid() &&
+         about(a.pixel_height_m(), b.pixel_height_m());
 }
 
 std::optional<PixelShift> shift_on_grid(const RasterSource& a, const RasterSource& b) {

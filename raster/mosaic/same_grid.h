@@ -14,8 +14,8 @@ namespace cordillera::raster {
 /// How far beyond its sides a raster looks at others' pixels. A kernel that is wider than that leaves the rest out.
 inline constexpr std::int64_t kMostBeyond_px = 64;
 
-/// By what is told of two rasters without opening them: both of areas or both of points, the same CRS, vertical datum and size of
-/// pixels. Others have no grid in common.
+/// By what is told of two rasters without opening them: the same CRS, vertical datum and size of pixels, be they areas or points.
+/// Others have no grid in common.
 bool may_share_grid(const proto::Source& a, const proto::Source& b);
 
 /// Where b's first pixel lies, in pixels of a; nullopt: they are not of one grid.

@@ -202,6 +202,37 @@ TEST_F(Mosaic, rasters_of_one_grid_are_interpolated_across_their_sides) {
   }
 }
 
+/// Between areas and points of one grid half a pixel belongs to neither, and heights are interpolated there as elsewhere.
+TEST_F(Mosaic, areas_and_points_of_one_grid_have_no_gap_between_them) {
+  constexpr int kSide = 30;
+  const auto slope = [](int c, int r) { return 10.0 * c + 3.0 * r + std::fmod(c * 13.0 + r * 37.0, 31.0); };
+  const auto piece = [&](const std::string& name, bool point, int east, int south, int columns, int rows) {
+    Spec spec;
+    spec.point = point;
+    spec.columns = columns, spec.rows = rows;
+    spec.geotransform = cells_of(kLevel - 2, kWest / 4 + east, kNorth / 4 - south);
+    spec.value = [&slope, east, south](int c, int r) { return slope(c + east, r + south); };
+    const auto member = raster::examine(write(spec, name), name, raster::Trust::operator_file, plain_options());
+    EXPECT_TRUE(member.ok()) << member.problem().line();
+    return *member;
+  };
+  const auto grid = must_open(piece("grid.tif", true, 0, 0, 2 * kSide, 2 * kSide).path);
+  const std::vector<raster::MosaicMember> pieces{
+      piece("a.tif", false, 0, 0, kSide, kSide), piece("b.tif", true, kSide, 0, kSide, kSide),
+      piece("c.tif", true, 0, kSide, kSide, kSide), piece("d.tif", false, kSide, kSide, kSide, kSide)};
+  for (const auto& members : {pieces, std::vector(pieces.rbegin(), pieces.rend())}) {
+    const auto mosaic = raster::make_mosaic(members, 0);
+    for (const int level : {kLevel, kLevel - 1, kLevel + 1}) {
+      const proto::Samples a = whole(*grid, lattice(level)),
+                           b = mosaic->sample(lattice(level), a.west, a.south, a.columns, a.rows).value();
+      std::size_t other = 0;
+      for (std::size_t v = 0; v < a.height.size(); ++v)
+        other += a.height[v] != proto::kNoHeight && a.height[v] != b.height[v] ? 1 : 0;
+      EXPECT_EQ(other, 0u) << "of " << a.height.size() << ", level " << level;
+    }
+  }
+}
+
 /// A pixel that the winner has another for is no part of the surface, however the rasters lie.
 TEST_F(Mosaic, where_rasters_of_one_grid_overlap_only_the_first_ones_pixels_count) {
   const auto source = raster::make_mosaic({plane("first.tif", 0, 0, 40, 100), plane("second.tif", 30, 0, 40, 300)}, 0);
