@@ -30,11 +30,9 @@ void leave_out_measurements(Json& source) {
 std::string manifest_json(const proto::Manifest& manifest) {
   google::protobuf::util::JsonPrintOptions options;
   print_all_fields(options);
-  options.add_whitespace = true;
   std::string out;
   const auto status = google::protobuf::util::MessageToJsonString(manifest, &out, options);
   if (!status.ok()) throw std::logic_error("a manifest cannot be printed: " + status.ToString());
-  if (!manifest.provisional() && manifest.sources().empty()) return out;
   Json json = Json::parse(out);
   if (manifest.provisional()) leave_out_errors(json);
   for (int k = 0; k < manifest.sources_size(); ++k) {

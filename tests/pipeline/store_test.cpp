@@ -296,6 +296,16 @@ TEST(ManifestJson, PrintsDefaultsUnderTheirOwnNamesAndReadsBack) {
   EXPECT_FALSE(parse_manifest_json("{").ok());
 }
 
+/// A build of one raster has no sources, and the same published from tasks has.
+TEST(ManifestJson, WritesANumberInOneWay) {
+  proto::Manifest one;
+  one.set_cell_m(76.298408042096654);
+  proto::Manifest several = one;
+  several.add_sources();
+  const auto line = [](const std::string& json) { return json.substr(json.find("\"cell_m\""), 30); };
+  EXPECT_EQ(line(manifest_json(one)), line(manifest_json(several)));
+}
+
 TEST(ManifestJson, OfSeveralRastersSaysWhatIsKnownOfEach) {
   proto::Manifest manifest;
   manifest.mutable_source()->set_columns(300);
