@@ -210,6 +210,13 @@ proto::Result<proto::Plan> numbers_of(const BuildRequest& request, raster::Sourc
   return plan;
 }
 
+bool have_one_size(const std::vector<raster::MosaicMember>& members) {
+  const proto::Source& first = members.front().description;
+  return std::all_of(members.begin(), members.end(), [&](const raster::MosaicMember& member) {
+    return member.description.columns() == first.columns() && member.description.rows() == first.rows();
+  });
+}
+
 proto::Problem unreadable(const std::string& path, const std::string& why) {
   return {"plan-invalid", path + " " + why, "a folder that `cordillera plan` wrote", ""};
 }
@@ -253,6 +260,10 @@ proto::Result<proto::WorkPlan> plan_work(const BuildRequest& request, const std:
   work.set_name(request.raster_name);
   for (const raster::MosaicMember& member : request.members) *work.add_sources() = planned(member);
   *work.mutable_source() = (*source)->description();
+  if (!have_one_size(request.members)) {
+    work.mutable_source()->clear_columns();
+    work.mutable_source()->clear_rows();
+  }
   const Namer namer(work);
   add_merges(namer, add_blocks(namer, work), work);
   if (work.stages(0).tasks_size() == 0) return without_data(request);

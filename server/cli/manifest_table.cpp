@@ -29,7 +29,8 @@ std::string bytes_text(double bytes) {
 std::string source_lines(const proto::Manifest& manifest) {
   const proto::Source& source = manifest.source();
   std::string out = text("source    %.200s:", source.file().c_str());
-  if (pipeline::has_one_size(manifest)) out += text(" %u x %u", source.columns(), source.rows());
+  if (pipeline::has_one_size(manifest))
+    out += text("%s %u x %u", manifest.sources_size() > 1 ? " each" : "", source.columns(), source.rows());
   out += text(" %s, %s\n", source.data_type().c_str(), source.driver().c_str());
   out += text("crs       %.300s (%s)\n", source.crs().c_str(), source.crs_from().c_str());
   const bool other = !source.vertical_datum_declared().empty() && source.vertical_datum_declared() != source.vertical_datum();

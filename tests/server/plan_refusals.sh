@@ -88,6 +88,7 @@ says 0 '' work here --stage 0 --part array/1 -q
 mkdir elsewhere
 (cd elsewhere && "$program" work ../here -q > ../said 2>&1) || fail 'tasks cannot be done in another folder'
 says 0 '' publish here -o out -q
+says 0 '3 rasters: each 160 x 160' info out
 
 # A place that cannot be written will not be one later; the folders above a folder are made, as build makes them.
 says 1 'there is no folder .*dem00.asc' publish here -o dem/dem00.asc/out.sqlite

@@ -154,6 +154,14 @@ TEST_F(Work, rasters_that_meet_at_a_pole_give_the_bytes_of_one_piece) {
   expect_one_height_at_the_pole(folder_.path("tasks.sqlite"));
 }
 
+TEST_F(Work, a_plan_of_rasters_of_several_sizes_states_none_of_the_whole) {
+  const proto::WorkPlan mixed = plan();
+  EXPECT_EQ(mixed.source().columns(), 0u);
+  EXPECT_EQ(mixed.source().rows(), 0u);
+  examine({"west.tif", "beside.tif"});
+  EXPECT_EQ(plan().source().columns(), 160u) << "that of each";
+}
+
 TEST_F(Work, parts_of_a_stage_are_all_of_it) {
   const proto::WorkPlan plan = this->plan();
   for (const std::size_t parts : {1u, 2u, 3u, 7u, 100u}) {
