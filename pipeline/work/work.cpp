@@ -13,9 +13,6 @@
 namespace cordillera::pipeline::work {
 namespace {
 
-constexpr double kMergeCost =
-    1 << 23;  // in samples of a block: four meshes of full blocks take 13 s in the mean, 17 million samples 19
-
 using proto::Problem;
 
 /// A worker's share of the threads, at least one.
@@ -141,7 +138,7 @@ proto::Result<void> side_by_side(std::size_t devices, TaskList& list,
 
 }  // namespace
 
-double cost_of(const proto::WorkTask& task) { return task.sources_size() > 0 ? task.samples() : kMergeCost; }
+double cost_of(const proto::WorkTask& task) { return std::max(1.0, task.sources_size() > 0 ? task.samples() : task.cost()); }
 
 std::vector<std::size_t> part_of(const proto::WorkStage& stage, std::size_t part, std::size_t parts) {
   double total = 0, before = 0;

@@ -20,7 +20,7 @@ struct WorkOrder {
 /// Tasks `part` of `parts` of a stage: neighbours in the stage's order, with about equal cost. part 0 … parts - 1; may be empty.
 std::vector<std::size_t> part_of(const proto::WorkStage& stage, std::size_t part, std::size_t parts);
 
-/// Cost of a task relative to others: finest samples to read, or what a merge costs in those.
+/// Cost of a task relative to others: finest samples to read, or what a merge costs in those. Never 0.
 double cost_of(const proto::WorkTask& task);
 
 enum class TaskOutcome { done, was_done };

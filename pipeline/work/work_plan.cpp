@@ -150,24 +150,39 @@ Keys add_blocks(const Namer& namer, proto::WorkPlan& work) {
   return keys;
 }
 
+/// What a merge costs, by the samples of the blocks below it: four meshes of full blocks, 67 million samples, take 13 s in the
+/// mean, and a block of 17 million 19 s. Each level up has a quarter of the triangles.
+constexpr double kMergeShare = 0.125, kShareAbove = 0.25;
+
+void add_merge_of_all(const Namer& namer, const Keys& below, proto::WorkPlan& work) {
+  proto::WorkTask task = task_at(node_above(work.plan()));
+  task.set_key(namer.above(below));
+  double samples = 0;
+  for (const proto::WorkTask& block : work.stages(0).tasks()) samples += block.samples();
+  task.set_cost(samples * kMergeShare / (1 - kShareAbove));  // of all levels
+  *work.add_stages()->add_tasks() = task;
+}
+
 void add_merges(const Namer& namer, Keys below, proto::WorkPlan& work) {
-  if (merged_at_once(work.plan())) {
-    proto::WorkTask task = task_at(node_above(work.plan()));
-    task.set_key(namer.above(below));
-    *work.add_stages()->add_tasks() = task;
-    return;
-  }
+  if (merged_at_once(work.plan())) return add_merge_of_all(namer, below, work);
+  std::map<TileAddress, double> samples;  // of the blocks below a node
+  for (const proto::WorkTask& block : work.stages(0).tasks()) samples[address_of(block)] = block.samples();
+  double share = kMergeShare;
   for (int z = static_cast<int>(work.plan().block_level()) - 1; z >= static_cast<int>(work.plan().min_level()); --z) {
+    std::map<TileAddress, double> sums;
+    for (const auto& [child, count] : samples) sums[child.parent()] += count;
     Keys keys;
     proto::WorkStage* stage = work.add_stages();
-    for (const auto& [child, key] : below) keys.try_emplace(child.parent());
-    for (auto& [node, key] : keys) {
+    for (const auto& [node, sum] : sums) {
       proto::WorkTask task = task_at(node);
       task.set_key(namer.merge(node, below));
-      key = task.key();
+      task.set_cost(sum * share);
+      keys[node] = task.key();
       *stage->add_tasks() = task;
     }
     below = std::move(keys);
+    samples = std::move(sums);
+    share *= kShareAbove;
   }
 }
 

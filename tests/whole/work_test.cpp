@@ -174,6 +174,20 @@ TEST_F(Work, parts_of_a_stage_are_all_of_it) {
   }
 }
 
+TEST_F(Work, a_merge_costs_by_the_blocks_below_it) {
+  const proto::WorkPlan plan = this->plan();
+  ASSERT_GT(plan.stages_size(), 2);
+  double samples = 0, share = 0.125;
+  for (const proto::WorkTask& block : plan.stages(0).tasks()) samples += work::cost_of(block);
+  for (int s = 1; s < plan.stages_size(); ++s, share /= 4) {
+    double cost = 0;
+    for (const proto::WorkTask& merge : plan.stages(s).tasks()) cost += merge.cost();
+    EXPECT_NEAR(cost, samples * share, 1e-6 * samples) << "stage " << s;
+  }
+  const auto& merges = plan.stages(1).tasks();
+  EXPECT_NE(merges.begin()->cost(), merges.rbegin()->cost()) << "one has more below it than another";
+}
+
 TEST_F(Work, a_changed_raster_costs_what_it_touches) {
   const proto::WorkPlan before = plan();
   all_stages(before);
