@@ -79,7 +79,7 @@ kill_ours() {
   local name process
   for name in "$@"; do
     for process in $(pgrep -x "$name" || true); do
-      ! tr '\0' '\n' < "/proc/$process/environ" 2>/dev/null | grep -qF "$cluster" || kill -KILL "$process" 2>/dev/null || true
+      ! tr '\0' '\n' 2>/dev/null < "/proc/$process/environ" | grep -qF "$cluster" || kill -KILL "$process" 2>/dev/null || true
     done
   done
 }
