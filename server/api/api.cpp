@@ -15,9 +15,8 @@ constexpr const char* kReadingHeaders = "If-None-Match, If-Range, Range, Cache-C
 constexpr const char* kWritingHeaders =
     "Content-Type, Content-Encoding, Prefer, Idempotency-Key, Tus-Resumable, Upload-Length, Upload-Offset, Upload-Metadata";
 constexpr const char* kToldHeaders =
-    "Accept-Ranges, Content-Length, Content-Range, Cordillera-Provisional, ETag, Location, Preference-Applied, Retry-After, "
-    "Server-Timing, "
-    "Tus-Resumable, Upload-Length, Upload-Offset, X-Request-Id";
+    "Accept-Ranges, Content-Length, Content-Range, Cordillera-Hint, Cordillera-Provisional, ETag, Location, Preference-Applied, "
+    "Retry-After, Server-Timing, Tus-Resumable, Upload-Length, Upload-Offset, X-Request-Id";
 
 /// Reading is open to every origin. Without tokens writing is not announced to foreign pages: a browser then asks first, and is
 /// not answered yes. With tokens a page needs one, which no browser sends by itself.

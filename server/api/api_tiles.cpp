@@ -16,6 +16,7 @@
 #include "server/http/gzip.h"
 #include "server/http/json.h"
 #include "server/jobs/provisional.h"
+#include "server/options/option_values.h"
 
 namespace cordillera::server {
 namespace {
@@ -134,6 +135,20 @@ pipeline::faces::Found found_of(const Request& request, const Route& route) {
   return found;
 }
 
+/// A word that the resource takes and the query nearly has. Clients add words of their own, so that none is refused.
+std::optional<std::string> meant_word(const Request& request, const pipeline::faces::Resource& resource) {
+  if (request.query.empty()) return std::nullopt;
+  std::vector<std::string> taken;
+  if (!resource.ramps.empty()) taken.emplace_back("ramp");
+  if (!resource.intervals.empty()) taken.emplace_back("interval");
+  if (!resource.normals.empty()) taken.emplace_back("normals");
+  for (const auto& [name, value] : request.query) {
+    auto nearest = nearest_name(name, taken);
+    if (nearest && *nearest != name) return nearest;
+  }
+  return std::nullopt;
+}
+
 Response face(const pipeline::faces::Terrain& terrain, const Request& request, const Route& route) {
   Wanted wanted{found_of(request, route)};
   const pipeline::faces::Found& found = wanted.found;
@@ -151,6 +166,7 @@ Response face(const pipeline::faces::Terrain& terrain, const Request& request, c
   Response response = answer(document, found.resource->type, route);
   if (wanted.varies) response.set("Vary", "Accept-Encoding");
   if (wanted.compressed) response.set("Content-Encoding", "gzip");
+  if (const auto meant = meant_word(request, *found.resource)) response.set("Cordillera-Hint", "did you mean " + *meant + "?");
   add_timing(response, start);
   return response;
 }

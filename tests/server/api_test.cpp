@@ -59,6 +59,22 @@ TEST(Api, AMisspeltParameterIsToldItsNeighbour) {
   EXPECT_EQ(test.leftovers(), 0u);
 }
 
+/// Clients add words of their own to the addresses of tiles: what is nearly one of ours is told, and no more than that.
+TEST(Api, AMisspeltWordOfATileIsToldItsNeighbour) {
+  TestService test;
+  const std::string tile = "/v1/datasets/" + posted_id(test.post("GOOD", {}, kWait)) + "/tiles/W/1/1/1.glb";
+  for (const auto& [word, told] :
+       {std::pair{"normal", "did you mean normals?"}, {"normals", ""}, {"v", ""}, {"extensions", ""}}) {
+    Request request;
+    request.method = "GET";
+    request.path = tile;
+    request.query.emplace_back(word, "vertex");
+    const Response answer = TestService::settled(test.api().handle(request));
+    EXPECT_EQ(answer.status, 200) << word;
+    EXPECT_EQ(answer.header("Cordillera-Hint"), told) << word;
+  }
+}
+
 TEST(Api, DocumentsHoldOnlyRelativeAddresses) {
   TestService test;
   const std::string id = posted_id(test.post("GOOD", {}, kWait));
