@@ -4,18 +4,19 @@
 #include <cmath>
 #include <numbers>
 
+#include "proto/degrees.h"
 #include "proto/lattice.h"
 
 namespace cordillera::pipeline::faces {
 namespace {
 
-constexpr double kPi = std::numbers::pi, kDegree = kPi / 180;
+constexpr double kPi = std::numbers::pi;
 constexpr double kSlack = 1e-9;  // of a level: what library versions' logarithms may differ by decides nothing
 
 double pixels_around(int zoom) { return std::ldexp(kTilePixels, zoom); }
 
 /// How many levels finer than the zoom the cell of a pixel's size is. At the equator a cell of level z has half a pixel's side.
-double levels_beyond(double latitude_deg) { return -1 - std::log2(std::cos(latitude_deg * kDegree)); }
+double levels_beyond(double latitude_deg) { return -1 - std::log2(std::cos(latitude_deg * proto::kDegree)); }
 
 int wanted_level(int zoom, double latitude_deg) {
   return static_cast<int>(std::ceil(zoom + levels_beyond(latitude_deg) - kSlack));
@@ -29,12 +30,14 @@ double pixel_longitude_deg(int zoom, double x) {
   return wrapped / around * 360 - 180;
 }
 
-double pixel_latitude_deg(int zoom, double y) { return std::atan(std::sinh(kPi * (1 - 2 * y / pixels_around(zoom)))) / kDegree; }
+double pixel_latitude_deg(int zoom, double y) {
+  return std::atan(std::sinh(kPi * (1 - 2 * y / pixels_around(zoom)))) / proto::kDegree;
+}
 
 double longitude_pixel(int zoom, double longitude_deg) { return (longitude_deg + 180) / 360 * pixels_around(zoom); }
 
 double latitude_pixel(int zoom, double latitude_deg) {
-  return (1 - std::asinh(std::tan(latitude_deg * kDegree)) / kPi) / 2 * pixels_around(zoom);
+  return (1 - std::asinh(std::tan(latitude_deg * proto::kDegree)) / kPi) / 2 * pixels_around(zoom);
 }
 
 std::optional<raster::Area> extent_of(const proto::Manifest& manifest) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -11,13 +10,12 @@
 #include "pipeline/plan/plan.h"
 #include "pipeline/store/pixel_error_sum.h"
 #include "pipeline/store/store_schema.h"
+#include "proto/degrees.h"
 #include "proto/lattice.h"
 #include "proto/mesh.h"
 
 namespace cordillera::pipeline {
 namespace {
-
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 double blob_bytes(Database& database, const std::string& which) {
   Statement sum(database, "SELECT total(length(bytes)) FROM blobs WHERE hash IN (" + which + ")");
@@ -87,7 +85,7 @@ Longitudes longitudes(Database& database, int level) {
   std::vector<Longitudes> columns;
   Statement rows(database, "SELECT min(west), max(east) FROM tiles WHERE level = ? GROUP BY x ORDER BY x");
   rows.bind(level);
-  while (rows.step()) columns.push_back({rows.real(0) * kDegrees, rows.real(1) * kDegrees});
+  while (rows.step()) columns.push_back({rows.real(0) * proto::kRadian_deg, rows.real(1) * proto::kRadian_deg});
   if (columns.empty()) return {};
   // What ends on either side of the antimeridian goes first where there is as much.
   double widest_deg = columns.front().west_deg + 360 - columns.back().east_deg;
@@ -108,7 +106,7 @@ void add_bounds(Database& database, int level, proto::Manifest& manifest) {
   box.step();
   const Longitudes lon = longitudes(database, level);
   manifest.clear_bounds();
-  for (const double degrees : {lon.west_deg, box.real(0) * kDegrees, lon.east_deg, box.real(1) * kDegrees})
+  for (const double degrees : {lon.west_deg, box.real(0) * proto::kRadian_deg, lon.east_deg, box.real(1) * proto::kRadian_deg})
     manifest.add_bounds(degrees);
 }
 

@@ -6,14 +6,13 @@
 
 #include "pipeline/faces/mesh_pixels.h"
 #include "pipeline/faces/web_mercator.h"
+#include "proto/degrees.h"
 
 namespace cordillera::pipeline::faces {
 namespace {
 
 // Far finer than the 32767ths of the format: what is rounded twice is nowhere rounded worse than once.
 constexpr std::int32_t kLeastSide = 1 << 22;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 }  // namespace
 
@@ -47,8 +46,8 @@ std::vector<proto::Vec3> MercatorGrid::normals(const proto::TileAddress& tile) c
 
 TileAngles MercatorGrid::angles(const proto::TileAddress& tile) const {
   const double width = 2 * std::numbers::pi / std::ldexp(1, tile.z);
-  const double south = mercator_latitude_deg(tile.z, tile.y) * kDegree,
-               north = mercator_latitude_deg(tile.z, tile.y + 1) * kDegree;
+  const double south = mercator_latitude_deg(tile.z, tile.y) * proto::kDegree,
+               north = mercator_latitude_deg(tile.z, tile.y + 1) * proto::kDegree;
   return {tile.x * width - std::numbers::pi, south, width, north - south};
 }
 

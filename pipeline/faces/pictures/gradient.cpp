@@ -4,16 +4,16 @@
 #include <numbers>
 
 #include "pipeline/faces/web_mercator.h"
+#include "proto/degrees.h"
 #include "proto/ellipsoid.h"
 
 namespace cordillera::pipeline::faces {
 
 PixelSize pixel_size(const Place& place, std::int32_t row) {
-  constexpr double kDegree = std::numbers::pi / 180;
   const double latitude = pixel_latitude_deg(place.z, double{kTilePixels} * place.y + row + 0.5);
   const double pixel = 2 * std::numbers::pi / std::ldexp(kTilePixels, place.z);  // radians of longitude
   const double e2 = proto::kFlattening * (2 - proto::kFlattening);
-  const double sin = std::sin(latitude * kDegree), cos = std::cos(latitude * kDegree);
+  const double sin = std::sin(latitude * proto::kDegree), cos = std::cos(latitude * proto::kDegree);
   const double w = std::sqrt(1 - e2 * sin * sin);
   return {pixel * cos * proto::kSemiMajor_m / w, pixel * cos * proto::kSemiMajor_m * (1 - e2) / (w * w * w)};
 }

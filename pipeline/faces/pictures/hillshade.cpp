@@ -2,22 +2,22 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "pipeline/faces/pictures/gradient.h"
 #include "pipeline/faces/pictures/png_image.h"
 #include "pipeline/faces/pictures/raster_tiles.h"
 #include "pipeline/faces/tilejson.h"
+#include "proto/degrees.h"
 
 namespace cordillera::pipeline::faces {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kAzimuth_deg = 315, kAltitude_deg = 45;  // where maps have had their light since they were drawn by hand
 
 /// Towards the light; x east, y north.
-const proto::Vec3 kLight{std::sin(kAzimuth_deg * kDegree) * std::cos(kAltitude_deg * kDegree),
-                         std::cos(kAzimuth_deg* kDegree) * std::cos(kAltitude_deg* kDegree), std::sin(kAltitude_deg* kDegree)};
+const proto::Vec3 kLight{std::sin(kAzimuth_deg * proto::kDegree) * std::cos(kAltitude_deg * proto::kDegree),
+                         std::cos(kAzimuth_deg* proto::kDegree) * std::cos(kAltitude_deg* proto::kDegree),
+                         std::sin(kAltitude_deg* proto::kDegree)};
 
 std::uint8_t shade(const Gradient& rise) {
   const double lit =

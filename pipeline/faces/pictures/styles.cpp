@@ -10,13 +10,13 @@
 #include "pipeline/faces/pictures/style_ramps.h"
 #include "pipeline/faces/pictures/water_pixels.h"
 #include "pipeline/faces/tilejson.h"
+#include "proto/degrees.h"
 
 namespace cordillera::pipeline::faces {
 namespace {
 
 using Made = proto::Result<std::optional<Document>>;
 
-constexpr double kDegrees = 180 / std::numbers::pi;  // in a radian
 /// Flatter ground faces nowhere.
 constexpr double kLeastSlope = 1e-3;
 
@@ -80,11 +80,11 @@ Pixel4 paint_relief(const Sample& sample, const Ramp& ramp) {
 Pixel4 paint_height(const Sample& sample, const Ramp& ramp) { return {ground_colour(sample, ramp)}; }
 double steepness(const Gradient& rise) { return std::sqrt(rise.east * rise.east + rise.north * rise.north); }
 Pixel4 paint_slope(const Sample& sample, const Ramp& ramp) {
-  return {colour_at(ramp, std::atan(steepness(sample.rise)) * kDegrees)};
+  return {colour_at(ramp, std::atan(steepness(sample.rise)) * proto::kRadian_deg)};
 }
 Pixel4 paint_aspect(const Sample& sample, const Ramp& ramp) {
   if (steepness(sample.rise) < kLeastSlope) return {{}, 0};
-  const double down = std::atan2(-sample.rise.east, -sample.rise.north) * kDegrees;  // clockwise from north
+  const double down = std::atan2(-sample.rise.east, -sample.rise.north) * proto::kRadian_deg;  // clockwise from north
   return {colour_at(ramp, down < 0 ? down + 360 : down)};
 }
 
