@@ -13,6 +13,7 @@
 #include "pipeline/store/sqlite.h"
 #include "pipeline/store/store_schema.h"
 #include "pipeline/store/store_sums.h"
+#include "raster/disk/descriptor.h"
 #include "raster/disk/free_space.h"
 #include "raster/disk/write_all.h"
 
@@ -23,20 +24,20 @@ namespace fs = std::filesystem;
 
 /// By reference where the file system can (Btrfs, XFS), which takes no room, else byte by byte.
 proto::Result<void> copy_file(const std::string& from, const std::string& to) {
-  const int in = ::open(from.c_str(), O_RDONLY | O_CLOEXEC),
-            out = ::open(to.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
-  bool copied = in >= 0 && out >= 0 && ioctl(out, FICLONE, in) == 0;
+  raster::Descriptor in(::open(from.c_str(), O_RDONLY | O_CLOEXEC)),
+      out(::open(to.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644));
+  const bool both = in.is_open() && out.is_open();
+  bool copied = both && ioctl(out.number(), FICLONE, in.number()) == 0;
   std::error_code error;
   const auto size = fs::file_size(from, error);
   const auto full =
       copied || error ? std::nullopt : raster::no_room(to, size, "the version before, on which the next one is built");
-  for (ssize_t count = 1; in >= 0 && out >= 0 && !copied && !full; copied = count == 0) {
-    count = copy_file_range(in, nullptr, out, nullptr, std::size_t{1} << 30, 0);
+  for (ssize_t count = 1; both && !copied && !full; copied = count == 0) {
+    count = copy_file_range(in.number(), nullptr, out.number(), nullptr, std::size_t{1} << 30, 0);
     if (count < 0) break;
   }
   const std::string why = std::strerror(errno);
-  if (in >= 0) close(in);
-  if (out >= 0) close(out);
+  in.close(), out.close();
   if (full) return *full;
   if (copied) return {};
   // A file system that knows neither.

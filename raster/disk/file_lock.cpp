@@ -21,28 +21,22 @@ bool is_named(int descriptor, const std::filesystem::path& path) {
 
 }  // namespace
 
-int open_locked(const std::filesystem::path& path) {
-  const int descriptor = ::open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
-  if (descriptor < 0 || flock(descriptor, LOCK_EX | LOCK_NB) == 0) return descriptor;
-  const int why = errno;
-  ::close(descriptor);
-  errno = why;
-  return -1;
+Descriptor open_locked(const std::filesystem::path& path) {
+  Descriptor file(::open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644));
+  if (file.is_open() && flock(file.number(), LOCK_EX | LOCK_NB) != 0) return Descriptor();
+  return file;
 }
 
 FileLock::FileLock(std::filesystem::path path) : path_(std::move(path)) {
   for (;;) {
     descriptor_ = open_locked(path_);
-    others_ = descriptor_ < 0 && errno == EWOULDBLOCK;
-    if (descriptor_ < 0 || is_named(descriptor_, path_)) return;
-    ::close(descriptor_);
+    others_ = !descriptor_.is_open() && errno == EWOULDBLOCK;
+    if (!descriptor_.is_open() || is_named(descriptor_.number(), path_)) return;
   }
 }
 
 FileLock::~FileLock() {
-  if (descriptor_ < 0) return;
-  ::unlink(path_.c_str());  // before it is free: the next one would lose its own
-  ::close(descriptor_);
+  if (descriptor_.is_open()) ::unlink(path_.c_str());  // before it is free: the next one would lose its own
 }
 
 }  // namespace cordillera::raster

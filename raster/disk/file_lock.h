@@ -2,11 +2,13 @@
 // Who works at a place of this machine: one process at a time.
 #include <filesystem>
 
+#include "raster/disk/descriptor.h"
+
 namespace cordillera::raster {
 
-/// Opens the lock file, which it makes, and locks it for as long as the descriptor is open: for the caller to close. Below 0:
-/// why not is in errno; EWOULDBLOCK: another has it.
-int open_locked(const std::filesystem::path& path);
+/// Opens the lock file, which it makes, and locks it for as long as the descriptor is open. None: why not is in errno;
+/// EWOULDBLOCK: another has it.
+Descriptor open_locked(const std::filesystem::path& path);
 
 /// Holds a lock file for as long as it lives, and removes it then. The lock ends with its process, also with one that is killed;
 /// the file that it leaves is nobody's lock.
@@ -22,7 +24,7 @@ class FileLock {
 
  private:
   std::filesystem::path path_;
-  int descriptor_ = -1;
+  Descriptor descriptor_;
   bool others_ = false;
 };
 

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <string_view>
 
+#include "raster/disk/descriptor.h"
 #include "raster/disk/write_all.h"
 
 namespace cordillera::raster {
@@ -14,24 +15,21 @@ class NewFile {
  public:
   /// Of a name that is not there yet. mode: who may read it, less what the process's umask takes away.
   explicit NewFile(const std::filesystem::path& path, mode_t mode = 0640)
-      : descriptor_(::open(path.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, mode)) {}
+      : file_(::open(path.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, mode)) {}
   ~NewFile() { close(); }
   NewFile(const NewFile&) = delete;
   NewFile& operator=(const NewFile&) = delete;
 
-  bool is_open() const { return descriptor_ >= 0; }
-  bool write(std::string_view bytes) { return write_all(descriptor_, bytes); }
+  bool is_open() const { return file_.is_open(); }
+  bool write(std::string_view bytes) { return write_all(file_.number(), bytes); }
   /// False if not everything is on disk.
   bool close() {
-    if (descriptor_ < 0) return false;
-    const bool synced = fsync(descriptor_) == 0;
-    const bool closed = ::close(descriptor_) == 0;
-    descriptor_ = -1;
-    return synced && closed;
+    const bool synced = file_.is_open() && fsync(file_.number()) == 0;
+    return file_.close() && synced;
   }
 
  private:
-  int descriptor_;
+  Descriptor file_;
 };
 
 }  // namespace cordillera::raster

@@ -5,6 +5,8 @@
 
 #include <cerrno>
 
+#include "raster/disk/descriptor.h"
+
 namespace cordillera::raster {
 namespace {
 
@@ -43,13 +45,8 @@ bool read_all_at(int descriptor, std::span<char> bytes, std::uint64_t first) {
 }
 
 bool sync_path(const std::string& path) {
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) return false;
-  const bool synced = ::fsync(descriptor) == 0;
-  const int why = errno;
-  ::close(descriptor);
-  errno = why;
-  return synced;
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  return file.is_open() && ::fsync(file.number()) == 0;
 }
 
 bool put_in_place(const std::filesystem::path& from, const std::filesystem::path& to) {

@@ -12,6 +12,7 @@
 #include <mutex>
 #include <vector>
 
+#include "raster/disk/descriptor.h"
 #include "raster/disk/write_all.h"
 #include "raster/gdal/formats.h"
 
@@ -77,16 +78,16 @@ void have_come(OneRanged& file, std::span<const ByteRange> ranges) {
 
 /// A place in a file, for one who opened it.
 struct RangedCursor {
-  RangedCursor(OneRanged& of, int opened) : file(of), descriptor(opened) {}
+  RangedCursor(OneRanged& of, Descriptor opened) : file(of), descriptor(std::move(opened)) {}
   OneRanged& file;
-  int descriptor;
+  Descriptor descriptor;
   std::uint64_t at = 0;
   bool at_end = false;
 };
 
 /// Within the file.
 bool read_there(const RangedCursor& cursor, void* out, std::uint64_t first, std::size_t count) {
-  return read_all_at(cursor.descriptor, {static_cast<char*>(out), count}, first);
+  return read_all_at(cursor.descriptor.number(), {static_cast<char*>(out), count}, first);
 }
 
 OneRanged* ranged_by_name(const char* name) {
@@ -116,11 +117,9 @@ bool begins_as_vrt(const RangedCursor& cursor) {
 void* open_ranged(void*, const char* name, const char* access) {
   OneRanged* const file = ranged_by_name(name);
   if (file == nullptr || std::strpbrk(access, "wa+") != nullptr) return nullptr;
-  const int descriptor = open(file->file.path.c_str(), O_RDONLY | O_CLOEXEC);
-  auto cursor = std::make_unique<RangedCursor>(*file, descriptor);
-  if (descriptor >= 0 && !(is_vrt_there() && begins_as_vrt(*cursor))) return cursor.release();
-  if (descriptor >= 0) close(descriptor);
-  return nullptr;
+  auto cursor = std::make_unique<RangedCursor>(*file, Descriptor(open(file->file.path.c_str(), O_RDONLY | O_CLOEXEC)));
+  if (!cursor->descriptor.is_open() || (is_vrt_there() && begins_as_vrt(*cursor))) return nullptr;
+  return cursor.release();
 }
 
 vsi_l_offset tell_ranged(void* file) { return static_cast<RangedCursor*>(file)->at; }
@@ -162,8 +161,7 @@ int read_ranges(void* file, int count, void** outs, const vsi_l_offset* offsets,
 int ranged_at_end(void* file) { return static_cast<RangedCursor*>(file)->at_end ? 1 : 0; }
 
 int close_ranged(void* file) {
-  const std::unique_ptr<RangedCursor> cursor(static_cast<RangedCursor*>(file));
-  close(cursor->descriptor);
+  delete static_cast<RangedCursor*>(file);
   return 0;
 }
 

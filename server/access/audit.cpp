@@ -6,6 +6,7 @@
 
 #include <cstring>
 
+#include "raster/disk/descriptor.h"
 #include "server/http/json.h"
 #include "server/log/log.h"
 
@@ -48,15 +49,14 @@ void Audit::note(const AuditEntry& entry) {
   json["request"] = entry.request_id;
   const std::string line = json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
   const std::lock_guard lock(mutex_);
-  const int file = ::open(file_.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0640);
+  const raster::Descriptor file(::open(file_.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0640));
   // One write: lines of two processes do not mix.
-  const ssize_t bytes = file < 0 ? -1 : ::write(file, line.data(), line.size());
+  const ssize_t bytes = !file.is_open() ? -1 : ::write(file.number(), line.data(), line.size());
   const bool written = bytes == static_cast<ssize_t>(line.size());
   if (!written)
     log_warning("the audit log cannot be written: " + std::string(bytes < 0 ? strerror(errno) : "the disk is full"),
                 {{"line", line}});
-  if (bytes > 0 && !written) take_back(file, bytes);
-  if (file >= 0) ::close(file);
+  if (bytes > 0 && !written) take_back(file.number(), bytes);
 }
 
 }  // namespace cordillera::server::access

@@ -6,6 +6,7 @@
 
 #include <iostream>
 
+#include "raster/disk/descriptor.h"
 #include "raster/disk/write_all.h"
 #include "server/access/tokens.h"
 #include "server/cli/commands.h"
@@ -15,14 +16,14 @@ namespace {
 
 /// Nobody but its owner reads a file that this makes; an existing one keeps its rights. The line begins on a line of its own.
 bool append(const std::string& path, const std::string& line) {
-  const int file = ::open(path.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0600);
-  if (file < 0) return false;
+  raster::Descriptor file(::open(path.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0600));
+  if (!file.is_open()) return false;
   char last = '\n';
-  const off_t size = lseek(file, 0, SEEK_END);
-  const bool looked = size <= 0 || pread(file, &last, 1, size - 1) == 1;
+  const off_t size = lseek(file.number(), 0, SEEK_END);
+  const bool looked = size <= 0 || pread(file.number(), &last, 1, size - 1) == 1;
   const std::string text = (last == '\n' ? "" : "\n") + line + "\n";
-  const bool written = looked && raster::write_all(file, text) && fsync(file) == 0;
-  return ::close(file) == 0 && written;
+  const bool written = looked && raster::write_all(file.number(), text) && fsync(file.number()) == 0;
+  return file.close() && written;
 }
 
 }  // namespace

@@ -26,28 +26,26 @@ proto::Result<std::unique_ptr<LocalFile>> LocalFile::open(const std::string& pat
   const auto unreadable = [&path](const std::string& why) {
     return proto::Problem{"file-unreadable", path + ": " + why, "a raster that is one file, such as a GeoTIFF", "raster"};
   };
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a pipe must not keep us waiting
-  if (descriptor < 0) return unreadable(strerror(errno));
+  raster::Descriptor opened(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));  // a pipe must not keep us waiting
+  if (!opened.is_open()) return unreadable(strerror(errno));
   std::error_code error;
-  auto file = std::unique_ptr<LocalFile>(new LocalFile(std::filesystem::canonical(path, error).string(), descriptor));
-  if (fstat(descriptor, &file->state_) != 0) return unreadable(strerror(errno));
+  auto file = std::unique_ptr<LocalFile>(new LocalFile(std::filesystem::canonical(path, error).string(), std::move(opened)));
+  if (fstat(file->file_.number(), &file->state_) != 0) return unreadable(strerror(errno));
   if (!S_ISREG(file->state_.st_mode)) return unreadable("it is no file");
   if (file->state_.st_size == 0) return unreadable("it is empty");
   return file;
 }
 
-LocalFile::~LocalFile() { ::close(descriptor_); }
-
 bool LocalFile::changed() const {
   struct stat now = {};
-  return fstat(descriptor_, &now) != 0 || text_of(now) != text_of(state_);
+  return fstat(file_.number(), &now) != 0 || text_of(now) != text_of(state_);
 }
 
 std::string LocalFile::identity() const { return text_of(state_); }
 
 std::optional<std::string_view> LocalFile::read(std::uint64_t from, std::size_t most) {
   bytes_.resize(most);
-  const ssize_t count = pread(descriptor_, bytes_.data(), most, static_cast<off_t>(from));
+  const ssize_t count = pread(file_.number(), bytes_.data(), most, static_cast<off_t>(from));
   if (count <= 0) {
     problem_ = proto::Problem{"file-unreadable", path_ + ": " + (count < 0 ? strerror(errno) : "it is shorter than it was"),
                               "a raster that nobody writes to", "raster"};

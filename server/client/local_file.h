@@ -10,15 +10,13 @@
 #include <vector>
 
 #include "proto/result.h"
+#include "raster/disk/descriptor.h"
 
 namespace cordillera::server::client {
 
 class LocalFile {
  public:
   static proto::Result<std::unique_ptr<LocalFile>> open(const std::string& path);
-  ~LocalFile();
-  LocalFile(const LocalFile&) = delete;
-  LocalFile& operator=(const LocalFile&) = delete;
 
   std::uint64_t size() const { return static_cast<std::uint64_t>(state_.st_size); }
   /// Bytes from an offset on, valid until the next call; none: they cannot be read, or the file has changed.
@@ -30,11 +28,11 @@ class LocalFile {
   const std::string& path() const { return path_; }  ///< absolute, without links
 
  private:
-  LocalFile(std::string path, int descriptor) : path_(std::move(path)), descriptor_(descriptor) {}
+  LocalFile(std::string path, raster::Descriptor file) : path_(std::move(path)), file_(std::move(file)) {}
   bool changed() const;
 
   std::string path_;
-  int descriptor_;
+  raster::Descriptor file_;
   struct stat state_ = {};
   std::vector<char> bytes_;
   std::optional<proto::Problem> problem_;

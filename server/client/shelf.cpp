@@ -34,25 +34,25 @@ proto::Result<std::unique_ptr<Shelf>> Shelf::open(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(own, error);
   if (error) return cannot_write(own, error.message());
-  const int notes = ::open(path.c_str(), O_CREAT | O_RDWR | O_APPEND | O_CLOEXEC, 0644);
-  if (notes < 0) return cannot_write(path, strerror(errno));
-  auto shelf = std::unique_ptr<Shelf>(new Shelf(folder, notes));
-  if (flock(notes, LOCK_EX | LOCK_NB) == 0) {  // nobody else fetches: what lies there was left by a process that was killed
+  raster::Descriptor notes(::open(path.c_str(), O_CREAT | O_RDWR | O_APPEND | O_CLOEXEC, 0644));
+  if (!notes.is_open()) return cannot_write(path, strerror(errno));
+  auto shelf = std::unique_ptr<Shelf>(new Shelf(folder, std::move(notes)));
+  if (flock(shelf->notes_.number(), LOCK_EX | LOCK_NB) ==
+      0) {  // nobody else fetches: what lies there was left by a process that was killed
     for (const auto& entry : fs::directory_iterator(own, error)) {
       if (entry.path().extension() == ".part") fs::remove(entry.path(), error);
     }
   }
-  flock(notes, LOCK_SH);
+  flock(shelf->notes_.number(), LOCK_SH);
   shelf->read();
   return shelf;
 }
 
 Shelf::~Shelf() {
   // Lines that no longer count go when they are the greater part, and nobody else adds any.
-  if (lines_ > 2 * known_.size() + 100 && flock(notes_, LOCK_EX | LOCK_NB) == 0 && ftruncate(notes_, 0) == 0) {
+  if (lines_ > 2 * known_.size() + 100 && flock(notes_.number(), LOCK_EX | LOCK_NB) == 0 && ftruncate(notes_.number(), 0) == 0) {
     for (const auto& [name, known] : known_) note(name, known);
   }
-  ::close(notes_);
 }
 
 void Shelf::read() {
@@ -68,7 +68,7 @@ void Shelf::note(const std::string& name, const Known& known) {
   const std::string line = Json{{"file", name}, {"from", known.from}, {"tag", known.tag}, {"state", known.state}}.dump(
                                -1, ' ', false, Json::error_handler_t::replace) +
                            "\n";
-  if (raster::write_all(notes_, line)) ++lines_;  // without it the file comes again another time
+  if (raster::write_all(notes_.number(), line)) ++lines_;  // without it the file comes again another time
 }
 
 std::string Shelf::tag(const std::string& name, const std::string& from) const {
@@ -84,21 +84,20 @@ Shelf::Part::Part(Shelf& shelf) : shelf_(shelf) {
     const std::lock_guard lock(shelf.mutex_);
     path_ = shelf.own() / (std::to_string(getpid()) + "-" + std::to_string(shelf.parts_++) + ".part");
   }
-  descriptor_ = ::open(path_.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0644);
+  file_ = raster::Descriptor(::open(path_.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0644));
 }
 
 Shelf::Part::~Part() {
-  if (descriptor_ >= 0) ::close(descriptor_);
   std::error_code ignored;
   if (!path_.empty()) fs::remove(path_, ignored);
 }
 
-bool Shelf::Part::write(std::string_view bytes) { return descriptor_ >= 0 && raster::write_all(descriptor_, bytes); }
+bool Shelf::Part::write(std::string_view bytes) { return file_.is_open() && raster::write_all(file_.number(), bytes); }
 
 proto::Result<void> Shelf::Part::put(const std::string& name, const std::string& from, const std::string& tag) {
   const fs::path place = shelf_.folder_ / name;
-  if (descriptor_ < 0) return cannot_write(path_, "it could not be made");
-  const bool closed = ::close(std::exchange(descriptor_, -1)) == 0;
+  if (!file_.is_open()) return cannot_write(path_, "it could not be made");
+  const bool closed = file_.close();
   std::error_code error;
   if (!closed) return cannot_write(path_, strerror(errno));
   if (place.has_parent_path()) fs::create_directories(place.parent_path(), error);

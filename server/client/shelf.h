@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "proto/result.h"
+#include "raster/disk/descriptor.h"
 
 namespace cordillera::server::client {
 
@@ -37,20 +38,20 @@ class Shelf {
    private:
     Shelf& shelf_;
     std::filesystem::path path_;
-    int descriptor_;
+    raster::Descriptor file_;
   };
 
  private:
   struct Known {
     std::string from, tag, state;
   };
-  Shelf(std::filesystem::path folder, int notes) : folder_(std::move(folder)), notes_(notes) {}
+  Shelf(std::filesystem::path folder, raster::Descriptor notes) : folder_(std::move(folder)), notes_(std::move(notes)) {}
   std::filesystem::path own() const { return folder_ / ".cordillera-fetch"; }
   void read();
   void note(const std::string& name, const Known& known);
 
   const std::filesystem::path folder_;
-  const int notes_;  ///< a line for each file that came, the last one counts
+  const raster::Descriptor notes_;  ///< a line for each file that came, the last one counts
   mutable std::mutex mutex_;
   std::map<std::string, Known> known_;
   std::size_t lines_ = 0;

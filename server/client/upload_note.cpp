@@ -42,35 +42,30 @@ proto::Result<std::unique_ptr<UploadNote>> UploadNote::open(const std::string& p
   if (!folder.empty()) fs::create_directories(folder, error);
   const fs::path path = folder / (digest(purpose).substr(0, 32) + ".json");
   if (!folder.empty()) remove_old(folder);
-  int descriptor = -1;
+  raster::Descriptor file;
   while (!folder.empty()) {
     // Nobody else reads it: without tokens an upload belongs to whoever knows its name.
-    descriptor = ::open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0600);
-    if (descriptor < 0) break;
-    if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
-      ::close(descriptor);
+    file = raster::Descriptor(::open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0600));
+    if (!file.is_open()) break;
+    if (flock(file.number(), LOCK_EX | LOCK_NB) != 0)
       return proto::Problem{"upload-running", "another process is sending this raster to this service", "waiting for its end",
                             "raster"};
-    }
     struct stat state = {};
-    if (fstat(descriptor, &state) != 0 || state.st_nlink > 0) break;
-    ::close(descriptor);  // its owner was done and removed it between the two calls
+    if (fstat(file.number(), &state) != 0 || state.st_nlink > 0) break;
+    // Its owner was done and removed it between the two calls.
   }
-  auto note = std::unique_ptr<UploadNote>(new UploadNote(path.string(), descriptor, identity));
-  if (descriptor < 0) return note;
-  note->read();
+  auto note = std::unique_ptr<UploadNote>(new UploadNote(path.string(), std::move(file), identity));
+  if (note->file_.is_open()) note->read();
   return note;
 }
 
 UploadNote::~UploadNote() {
-  if (descriptor_ < 0) return;
   if (upload_.empty()) remove();
-  if (descriptor_ >= 0) ::close(descriptor_);
 }
 
 void UploadNote::read() {
   char bytes[1024];
-  const ssize_t count = pread(descriptor_, bytes, sizeof bytes, 0);
+  const ssize_t count = pread(file_.number(), bytes, sizeof bytes, 0);
   const Json json = Json::parse(std::string(bytes, count > 0 ? static_cast<std::size_t>(count) : 0), nullptr, false);
   if (!json.is_object()) return;
   (json.value("identity", "") == identity_ ? upload_ : outdated_) = json.value("upload", "");
@@ -79,20 +74,20 @@ void UploadNote::read() {
 void UploadNote::keep(const std::string& upload) {
   upload_ = upload;
   outdated_.clear();
-  if (descriptor_ < 0) return;
+  if (!file_.is_open()) return;
   // In place, for the lock is on this very file. A line that is cut off is none: a new upload begins.
   const std::string line = Json{{"upload", upload}, {"identity", identity_}}.dump() + "\n";
-  if (ftruncate(descriptor_, 0) != 0 || pwrite(descriptor_, line.data(), line.size(), 0) != static_cast<ssize_t>(line.size()))
+  if (ftruncate(file_.number(), 0) != 0 ||
+      pwrite(file_.number(), line.data(), line.size(), 0) != static_cast<ssize_t>(line.size()))
     return;
-  fsync(descriptor_);
+  fsync(file_.number());
 }
 
 void UploadNote::remove() {
   upload_.clear();
-  if (descriptor_ < 0) return;
+  if (!file_.is_open()) return;
   unlink(path_.c_str());
-  ::close(descriptor_);
-  descriptor_ = -1;
+  file_.close();
 }
 
 }  // namespace cordillera::server::client

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "proto/result.h"
+#include "raster/disk/descriptor.h"
 
 namespace cordillera::server::client {
 
@@ -26,12 +27,12 @@ class UploadNote {
   void remove();
 
  private:
-  UploadNote(std::string path, int descriptor, std::string identity)
-      : path_(std::move(path)), descriptor_(descriptor), identity_(std::move(identity)) {}
+  UploadNote(std::string path, raster::Descriptor file, std::string identity)
+      : path_(std::move(path)), file_(std::move(file)), identity_(std::move(identity)) {}
   void read();
 
   std::string path_;
-  int descriptor_;
+  raster::Descriptor file_;
   std::string identity_, upload_, outdated_;
 };
 

@@ -25,22 +25,15 @@ bool is_a_servers(const Layout& layout) {
   return true;
 }
 
-FolderLock::FolderLock(const Layout& layout) : descriptor_(raster::open_locked(layout.lock())), error_(errno) {}
+FolderLock::FolderLock(const Layout& layout) : file_(raster::open_locked(layout.lock())), error_(errno) {}
 
 std::string FolderLock::why_not(const std::string& holder) const {
   return error_ == EWOULDBLOCK ? holder + " uses it" : "it cannot be written: " + std::generic_category().message(error_);
 }
 
-FolderLock::~FolderLock() {
-  if (descriptor_ >= 0) close(descriptor_);
-}
-
 bool is_locked(const Layout& layout) {
-  const int descriptor = ::open(layout.lock().c_str(), O_RDWR | O_CLOEXEC);
-  if (descriptor < 0) return false;
-  const bool locked = flock(descriptor, LOCK_EX | LOCK_NB) != 0;
-  close(descriptor);
-  return locked;
+  const raster::Descriptor file(::open(layout.lock().c_str(), O_RDWR | O_CLOEXEC));
+  return file.is_open() && flock(file.number(), LOCK_EX | LOCK_NB) != 0;
 }
 
 std::optional<Problem> refuse_live_folder(const fs::path& folder, const fs::path& data) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "proto/result.h"
+#include "raster/disk/descriptor.h"
 #include "server/data/layout.h"
 
 namespace cordillera::server {
@@ -13,15 +14,12 @@ namespace cordillera::server {
 class FolderLock {
  public:
   explicit FolderLock(const Layout& layout);
-  ~FolderLock();
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
-  bool held() const { return descriptor_ >= 0; }
+  bool held() const { return file_.is_open(); }
   /// Why it is not held. holder: who may hold it in our place, "a server".
   std::string why_not(const std::string& holder) const;
 
  private:
-  int descriptor_;
+  raster::Descriptor file_;
   int error_;  ///< of what failed, where it is not held
 };
 

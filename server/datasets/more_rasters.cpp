@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "pipeline/exports/zip_writer.h"
+#include "raster/disk/descriptor.h"
 #include "raster/disk/free_space.h"
 #include "raster/disk/write_all.h"
 #include "raster/gdal/formats.h"
@@ -24,11 +25,10 @@ namespace fs = std::filesystem;
 class Mapped {
  public:
   explicit Mapped(const fs::path& file) {
-    const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+    const raster::Descriptor opened(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
     std::error_code error;
-    size_ = descriptor < 0 ? 0 : static_cast<std::size_t>(fs::file_size(file, error));
-    if (descriptor >= 0 && !error && size_ > 0) memory_ = mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, descriptor, 0);
-    if (descriptor >= 0) ::close(descriptor);
+    size_ = !opened.is_open() ? 0 : static_cast<std::size_t>(fs::file_size(file, error));
+    if (!error && size_ > 0) memory_ = mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, opened.number(), 0);
   }
   ~Mapped() {
     if (memory_ != MAP_FAILED) munmap(memory_, size_);

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "raster/disk/descriptor.h"
 #include "server/access/audit.h"
 #include "server/api/documents/web.h"
 #include "server/data/folder_lock.h"
@@ -27,10 +28,9 @@ fs::path existing(fs::path folder) {
 
 std::string cannot_write(const fs::path& folder) {
   const std::string probe = (folder / (".cordillera-doctor-" + std::to_string(getpid()))).string();
-  const int file = ::open(probe.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0600);
-  const bool written = file >= 0 && ::write(file, "x", 1) == 1 && fsync(file) == 0;
+  const raster::Descriptor file(::open(probe.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0600));
+  const bool written = file.is_open() && ::write(file.number(), "x", 1) == 1 && fsync(file.number()) == 0;
   const std::string why = written ? "" : strerror(errno);
-  if (file >= 0) ::close(file);
   ::unlink(probe.c_str());
   return why;
 }

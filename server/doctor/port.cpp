@@ -7,6 +7,7 @@
 
 #include <memory>
 
+#include "raster/disk/descriptor.h"
 #include "server/access/client_address.h"
 
 namespace cordillera::server::doctor {
@@ -19,13 +20,11 @@ std::string cannot_listen(const std::string& listen) {
   addrinfo* list = nullptr;
   if (const int failed = getaddrinfo(host.c_str(), port.c_str(), &hints, &list); failed != 0) return gai_strerror(failed);
   const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> owned(list, freeaddrinfo);
-  const int socket = ::socket(list->ai_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const raster::Descriptor socket(::socket(list->ai_family, SOCK_STREAM | SOCK_CLOEXEC, 0));
   const int yes = 1;
-  setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-  const bool listens = ::bind(socket, list->ai_addr, list->ai_addrlen) == 0 && ::listen(socket, 1) == 0;
-  const std::string why = listens ? "" : strerror(errno);
-  ::close(socket);
-  return why;
+  setsockopt(socket.number(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+  const bool listens = ::bind(socket.number(), list->ai_addr, list->ai_addrlen) == 0 && ::listen(socket.number(), 1) == 0;
+  return listens ? "" : strerror(errno);
 }
 
 }  // namespace cordillera::server::doctor

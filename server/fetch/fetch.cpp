@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "pipeline/build/build.h"
+#include "raster/disk/descriptor.h"
 #include "raster/disk/write_all.h"
 #include "raster/storage/storage.h"
 #include "server/datasets/upload.h"
@@ -51,12 +52,7 @@ class Sink {
         claim_(space.claim(0, &full_)),
         stop_(stop),
         end_(Clock::now() + std::chrono::seconds(settings_.limits.build_seconds)),
-        descriptor_(open(file.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0640)) {}
-  ~Sink() {
-    if (descriptor_ >= 0) close(descriptor_);
-  }
-  Sink(const Sink&) = delete;
-  Sink& operator=(const Sink&) = delete;
+        file_(open(file.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0640)) {}
 
   /// False: no more; problem() says why.
   bool put(const char* bytes, std::size_t count) {
@@ -65,7 +61,7 @@ class Sink {
     return taken;
   }
   bool stopped() const { return stop_; }
-  bool synced() const { return descriptor_ >= 0 && fsync(descriptor_) == 0; }
+  bool synced() const { return file_.is_open() && fsync(file_.number()) == 0; }
   std::uint64_t size() const { return size_; }
   const std::string& head() const { return head_; }  ///< its first bytes
   /// What came goes.
@@ -74,7 +70,7 @@ class Sink {
     waited_ = {};
     taken_.reset();
     head_.clear();
-    if (ftruncate(descriptor_, 0) == 0 && lseek(descriptor_, 0, SEEK_SET) == 0) return true;
+    if (ftruncate(file_.number(), 0) == 0 && lseek(file_.number(), 0, SEEK_SET) == 0) return true;
     return fail({"storage-full", "the raster cannot be written to disk: " + std::string(strerror(errno)), "", ""});
   }
   const std::optional<Problem>& problem() const { return problem_; }
@@ -102,7 +98,7 @@ class Sink {
     if (claim_) full_ = claim_->next(count);
     if (!full_.empty()) return fail({"storage-full", full_, "trying again when there is room", ""});
     head_.append(bytes, std::min(count, kHead - std::min(kHead, head_.size())));
-    if (raster::write_all(descriptor_, {bytes, count})) return true;
+    if (raster::write_all(file_.number(), {bytes, count})) return true;
     return fail({"storage-full", "the raster cannot be written to disk: " + std::string(strerror(errno)), "", ""});
   }
   bool fail(Problem problem) {
@@ -120,7 +116,7 @@ class Sink {
   const std::unique_ptr<limits::Space::Claim> claim_;
   const std::atomic<bool>& stop_;
   const Clock::time_point end_;
-  int descriptor_;
+  raster::Descriptor file_;
   std::uint64_t size_ = 0;
   std::optional<Problem> problem_;
 };

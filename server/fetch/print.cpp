@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "raster/disk/descriptor.h"
 #include "raster/disk/write_all.h"
 
 namespace cordillera::server::updates {
@@ -29,14 +30,13 @@ std::string plain_header(const std::string& text) {
 }
 
 std::optional<std::string> read_note(const std::filesystem::path& file, std::size_t longest) {
-  const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
-  if (descriptor < 0) return std::nullopt;
+  const raster::Descriptor note(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+  if (!note.is_open()) return std::nullopt;
   struct stat found {};
   std::string text;
-  bool good = fstat(descriptor, &found) == 0 && S_ISREG(found.st_mode) && static_cast<std::size_t>(found.st_size) <= longest;
+  bool good = fstat(note.number(), &found) == 0 && S_ISREG(found.st_mode) && static_cast<std::size_t>(found.st_size) <= longest;
   if (good) text.resize(static_cast<std::size_t>(found.st_size));
-  good = good && raster::read_all_at(descriptor, text, 0);
-  close(descriptor);
+  good = good && raster::read_all_at(note.number(), text, 0);
   return good ? std::optional(std::move(text)) : std::nullopt;
 }
 

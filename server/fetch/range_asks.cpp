@@ -79,11 +79,11 @@ void ask_for(std::size_t file, std::span<const raster::ByteRange> ranges) {
   if (!came) _exit(1);
 }
 
-int RangeAnswers::open() {
+raster::Descriptor RangeAnswers::open() {
   int ends[2];
-  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) return -1;
-  descriptor_ = ends[0];
-  return ends[1];
+  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) return raster::Descriptor();
+  ours_ = raster::Descriptor(ends[0]);
+  return raster::Descriptor(ends[1]);
 }
 
 void RangeAnswers::begin(RangedSources& sources, const std::atomic<bool>& stop) {
@@ -93,13 +93,13 @@ void RangeAnswers::begin(RangedSources& sources, const std::atomic<bool>& stop) 
     try {
       answer(sources, stop);
     } catch (const std::exception&) { problem_ = std::move(busy); }
-    shutdown(descriptor_, SHUT_RDWR);  // who waits for an answer gets none
+    shutdown(ours_.number(), SHUT_RDWR);  // who waits for an answer gets none
   });
 }
 
 void RangeAnswers::answer(RangedSources& sources, const std::atomic<bool>& stop) {
   const auto ended = [&] { return ending_ || stop; };
-  Asks asks(descriptor_, ended, [&] { sources.note(); });
+  Asks asks(ours_.number(), ended, [&] { sources.note(); });
   Number file = 0;
   std::vector<raster::ByteRange> ranges;
   auto noted = std::chrono::steady_clock::now();
@@ -109,7 +109,7 @@ void RangeAnswers::answer(RangedSources& sources, const std::atomic<bool>& stop)
       if (!ended()) problem_ = there.problem();
       return;
     }
-    if (send(descriptor_, &kThere, 1, MSG_NOSIGNAL | MSG_DONTWAIT) != 1) return;
+    if (send(ours_.number(), &kThere, 1, MSG_NOSIGNAL | MSG_DONTWAIT) != 1) return;
     if (std::chrono::steady_clock::now() - noted < std::chrono::seconds(1)) continue;
     sources.note();
     noted = std::chrono::steady_clock::now();
@@ -119,8 +119,7 @@ void RangeAnswers::answer(RangedSources& sources, const std::atomic<bool>& stop)
 void RangeAnswers::end() {
   ending_ = true;
   if (thread_.joinable()) thread_.join();
-  if (descriptor_ >= 0) close(descriptor_);
-  descriptor_ = -1;
+  ours_.close();
 }
 
 }  // namespace cordillera::server::updates

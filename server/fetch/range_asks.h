@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "proto/result.h"
+#include "raster/disk/descriptor.h"
 #include "raster/storage/ranged_file.h"
 
 namespace cordillera::server::updates {
@@ -30,8 +31,8 @@ class RangeAnswers {
   RangeAnswers(const RangeAnswers&) = delete;
   RangeAnswers& operator=(const RangeAnswers&) = delete;
 
-  /// The descriptor that the job is to inherit; -1: the system had none. Its owner closes it.
-  int open();
+  /// The descriptor that the job is to inherit. None: the system had none.
+  raster::Descriptor open();
   /// sources: outlive this object. stop: as of the job.
   void begin(RangedSources& sources, const std::atomic<bool>& stop);
   void end();
@@ -40,7 +41,7 @@ class RangeAnswers {
 
  private:
   void answer(RangedSources& sources, const std::atomic<bool>& stop);
-  int descriptor_ = -1;
+  raster::Descriptor ours_;
   std::atomic<bool> ending_{false};
   std::optional<proto::Problem> problem_;
   std::thread thread_;

@@ -11,6 +11,7 @@
 
 #include "pipeline/build/build.h"
 #include "proto/numbers.h"
+#include "raster/disk/descriptor.h"
 #include "raster/disk/write_all.h"
 #include "server/fetch/addresses.h"
 
@@ -32,16 +33,13 @@ std::uint64_t blocks_of(std::uint64_t bytes) { return (bytes + kRangeBlock_bytes
 
 Problem no_room(const std::string& why) { return {"storage-full", why, "trying again when there is room", ""}; }
 
-/// A plain file of this size, by no other name; -1: there is none. The job may have put something else there.
-int open_plain(const fs::path& path, std::uint64_t bytes) {
-  const int descriptor = open(path.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+/// A plain file of this size, by no other name, or none. The job may have put something else there.
+raster::Descriptor open_plain(const fs::path& path, std::uint64_t bytes) {
+  raster::Descriptor file(open(path.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
   struct stat found {};
-  if (descriptor < 0) return -1;
-  if (fstat(descriptor, &found) == 0 && S_ISREG(found.st_mode) && found.st_nlink == 1 &&
-      static_cast<std::uint64_t>(found.st_size) == bytes)
-    return descriptor;
-  close(descriptor);
-  return -1;
+  const bool plain = file.is_open() && fstat(file.number(), &found) == 0 && S_ISREG(found.st_mode) && found.st_nlink == 1 &&
+                     static_cast<std::uint64_t>(found.st_size) == bytes;
+  return plain ? std::move(file) : raster::Descriptor();
 }
 
 /// nullopt: it does not say. What was asked for with If-Range may come without a date.
@@ -89,22 +87,15 @@ proto::Result<void> begin_ranged(const fs::path& file, std::uint64_t begun_bytes
   std::string map((blocks_of(bytes) + 7) / 8, '\0');
   for (std::uint64_t block = 0; block < blocks_of(begun_bytes); ++block)
     map[block / 8] = static_cast<char>(map[block / 8] | 1 << (block % 8));
-  const int descriptor = open(map_of(file).c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC | O_NOFOLLOW, 0640);
-  const bool good = sized && descriptor >= 0 && raster::write_all_at(descriptor, map, 0) && fsync(descriptor) == 0;
-  const std::string why = strerror(errno);
-  if (descriptor >= 0) close(descriptor);
-  if (good) return {};
-  return no_room("the raster cannot be written to disk: " + why);
+  const raster::Descriptor out(open(map_of(file).c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC | O_NOFOLLOW, 0640));
+  if (sized && out.is_open() && raster::write_all_at(out.number(), map, 0) && fsync(out.number()) == 0) return {};
+  return no_room("the raster cannot be written to disk: " + std::string(strerror(errno)));
 }
 
 RangedSource::RangedSource(const ServeSettings& settings, limits::Space& space, HttpTalk& talk, Place place)
     : settings_(settings), place_(std::move(place)), claim_(space.claim(0, &full_)), talk_(talk) {}
 
-RangedSource::~RangedSource() {
-  note();
-  for (const int descriptor : {file_, map_file_})
-    if (descriptor >= 0) close(descriptor);
-}
+RangedSource::~RangedSource() { note(); }
 
 proto::Result<std::unique_ptr<RangedSource>> RangedSource::open(const ServeSettings& settings, limits::Space& space,
                                                                 HttpTalk& talk, Place place) {
@@ -112,9 +103,9 @@ proto::Result<std::unique_ptr<RangedSource>> RangedSource::open(const ServeSetti
   const std::uint64_t bytes = source->place_.print.bytes, map_bytes = (blocks_of(bytes) + 7) / 8;
   source->file_ = open_plain(source->place_.file, bytes);
   source->map_file_ = open_plain(map_of(source->place_.file), map_bytes);
-  if (source->file_ < 0 || source->map_file_ < 0) return source->changed();
+  if (!source->file_.is_open() || !source->map_file_.is_open()) return source->changed();
   source->map_.resize(map_bytes);
-  if (!raster::read_all_at(source->map_file_, source->map_, 0)) return source->changed();
+  if (!raster::read_all_at(source->map_file_.number(), source->map_, 0)) return source->changed();
   for (std::uint64_t block = 0; block < blocks_of(bytes); ++block) source->here_ += source->is_here(block) ? 1 : 0;
   return source;
 }
@@ -257,7 +248,7 @@ proto::Result<void> RangedSource::keep(const Run& run, const std::string& bytes)
   if (lost_) return no_room("the raster cannot be written to disk");
   if (claim_) full_ = claim_->next(bytes.size());
   if (!full_.empty()) return no_room(full_);
-  if (!raster::write_all_at(file_, bytes, run.first * kRangeBlock_bytes))
+  if (!raster::write_all_at(file_.number(), bytes, run.first * kRangeBlock_bytes))
     return no_room("the raster cannot be written to disk: " + std::string(strerror(errno)));
   mark(run);
   return {};
@@ -272,8 +263,8 @@ void RangedSource::mark(const Run& run) {
 
 void RangedSource::note() {
   // What a disk lost once it may call written the next time: then the map stays as it is.
-  if (noted_ || lost_ || (lost_ = fdatasync(file_) != 0)) return;
-  noted_ = raster::write_all_at(map_file_, map_, 0);
+  if (noted_ || lost_ || (lost_ = fdatasync(file_.number()) != 0)) return;
+  noted_ = raster::write_all_at(map_file_.number(), map_, 0);
 }
 
 }  // namespace cordillera::server::updates

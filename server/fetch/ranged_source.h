@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "proto/result.h"
+#include "raster/disk/descriptor.h"
 #include "raster/storage/ranged_file.h"
 #include "server/data/layout.h"
 #include "server/fetch/http_get.h"
@@ -83,7 +84,7 @@ class RangedSource {
   const std::unique_ptr<limits::Space::Claim> claim_;
   HttpTalk& talk_;
   std::string at_;  ///< what is asked for: where the address led to last, or an object's signed address
-  int file_ = -1, map_file_ = -1;
+  raster::Descriptor file_, map_file_;
   std::string map_;
   bool noted_ = true, lost_ = false;  ///< the map is on disk; the disk has lost what was written
   std::uint64_t here_ = 0;            ///< blocks

@@ -13,6 +13,7 @@
 #include "pipeline/build/build.h"
 #include "proto/files.h"
 #include "proto/paths.h"
+#include "raster/disk/descriptor.h"
 #include "server/fetch/range_asks.h"
 #include "server/http/json.h"
 #include "server/jobs/job_words.h"
@@ -35,21 +36,17 @@ struct Program {
 
 struct Child {
   pid_t pid = -1;
-  int report = -1;  ///< our end of the pipe
-  int words = -1;   ///< the same of its stderr
+  raster::Descriptor report;  ///< our end of the pipe
+  raster::Descriptor words;   ///< the same of its stderr
 };
 
 struct Pipe {
-  int ours = -1, theirs = -1;
+  raster::Descriptor ours, theirs;
   bool open() {
     int ends[2];
     if (pipe2(ends, O_CLOEXEC) != 0) return false;
-    ours = ends[0], theirs = ends[1];
+    ours = raster::Descriptor(ends[0]), theirs = raster::Descriptor(ends[1]);
     return true;
-  }
-  void close_both() const {
-    for (const int end : {ours, theirs})
-      if (end >= 0) close(end);
   }
 };
 
@@ -107,14 +104,9 @@ std::optional<Child> spawn(const Program& program, const std::string& folder, in
   Pipe report, words;
   Child child;
   if (!report.open() || !words.open() ||
-      (errno = Start(report.theirs, words.theirs, asks).run(child.pid, program, folder)) != 0) {
-    const int failed = errno;
-    report.close_both(), words.close_both();
-    errno = failed;
+      (errno = Start(report.theirs.number(), words.theirs.number(), asks).run(child.pid, program, folder)) != 0)
     return std::nullopt;
-  }
-  close(report.theirs), close(words.theirs);
-  child.report = report.ours, child.words = words.ours;
+  child.report = std::move(report.ours), child.words = std::move(words.ours);
   return child;
 }
 
@@ -172,16 +164,10 @@ std::optional<Clock::time_point> deadline_of(const std::filesystem::path& folder
 /// A process from its start to its end: what it says, and what makes it end.
 class ChildWatch {
  public:
-  ChildWatch(const Child& child, const std::filesystem::path& folder, const std::atomic<bool>& stop)
-      : child_(child), stop_(stop), deadline_(deadline_of(folder)), words_(folder.filename().string()) {
-    fcntl(child_.words, F_SETFL, O_NONBLOCK);
+  ChildWatch(Child child, const std::filesystem::path& folder, const std::atomic<bool>& stop)
+      : child_(std::move(child)), stop_(stop), deadline_(deadline_of(folder)), words_(folder.filename().string()) {
+    fcntl(child_.words.number(), F_SETFL, O_NONBLOCK);
   }
-  ~ChildWatch() {
-    close(child_.report);
-    close(child_.words);
-  }
-  ChildWatch(const ChildWatch&) = delete;
-  ChildWatch& operator=(const ChildWatch&) = delete;
 
   bool late() const { return late_; }
 
@@ -195,12 +181,12 @@ class ChildWatch {
       }
       if (asked && Clock::now() - *asked > kPatience) kill(child_.pid, SIGKILL);
       end_if_late();
-      pollfd wait[] = {{child_.report, POLLIN, 0}, {silent_ ? -1 : child_.words, POLLIN, 0}};
+      pollfd wait[] = {{child_.report.number(), POLLIN, 0}, {silent_ ? -1 : child_.words.number(), POLLIN, 0}};
       if (poll(wait, 2, 100) <= 0) continue;
       if (wait[1].revents != 0) hear();
       if (wait[0].revents == 0) continue;
       char bytes[4096];
-      const ssize_t count = read(child_.report, bytes, sizeof bytes);
+      const ssize_t count = read(child_.report.number(), bytes, sizeof bytes);
       if (count > 0) report.take(bytes, static_cast<std::size_t>(count));
       if (count == 0 || (count < 0 && errno != EINTR)) return;
     }
@@ -232,7 +218,7 @@ class ChildWatch {
   void hear() {
     char bytes[4096];
     for (int turn = 0; turn < 16; ++turn) {  // one that never stops talking is still asked to end
-      const ssize_t count = read(child_.words, bytes, sizeof bytes);
+      const ssize_t count = read(child_.words.number(), bytes, sizeof bytes);
       silent_ = count == 0;
       if (count <= 0) return;
       words_.take(bytes, static_cast<std::size_t>(count));
@@ -272,20 +258,21 @@ proto::Problem crashed(int status, bool late) {
 proto::Result<std::optional<proto::Estimate>> run(const Program& program, const std::filesystem::path& folder,
                                                   const ProgressSink& progress, const std::atomic<bool>& stop) {
   updates::RangeAnswers answers;
-  const int asks = progress.rasters != nullptr ? answers.open() : -1;
-  if (progress.rasters != nullptr && asks < 0) return cannot_start(errno);
-  const auto child = spawn(program, folder.string(), asks);
+  raster::Descriptor asks = progress.rasters != nullptr ? answers.open() : raster::Descriptor();
+  if (progress.rasters != nullptr && !asks.is_open()) return cannot_start(errno);
+  auto child = spawn(program, folder.string(), asks.number());
   const int failed = errno;
-  if (asks >= 0) close(asks);
+  asks.close();  // the job has it: when that ends, so do its asks
   if (!child) return cannot_start(failed);
-  log_debug("job " + folder.filename().string() + " runs as process " + std::to_string(child->pid));
+  const pid_t pid = child->pid;
+  log_debug("job " + folder.filename().string() + " runs as process " + std::to_string(pid));
   ChildReport report{progress, {}, {}, {}};
-  ChildWatch watch(*child, folder, stop);
+  ChildWatch watch(std::move(*child), folder, stop);
   try {
     if (progress.rasters != nullptr) answers.begin(*progress.rasters, stop);
     watch.listen_to(report);
   } catch (...) {  // of what its report says, or no thread: the job must not go on behind the back of the next one
-    kill(child->pid, SIGKILL);
+    kill(pid, SIGKILL);
     watch.reap();
     throw;
   }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "proto/utf8.h"
+#include "raster/disk/descriptor.h"
 #include "raster/gdal/formats.h"
 #include "raster/storage/storage.h"
 #include "server/api/api.h"
@@ -37,12 +38,11 @@ constexpr const char* kErMapper = ".ers";  // its heights have no extension, by 
 
 /// Reads a file in pieces; what has become a link meanwhile is not followed. False: it cannot be read, or the sink wants no more.
 bool read_pieces(const fs::path& file, const Request::Sink& sink) {
-  const int descriptor = ::open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC);
-  if (descriptor < 0) return false;
-  const std::shared_ptr<void> closed(nullptr, [descriptor](void*) { close(descriptor); });
+  const raster::Descriptor opened(::open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC));
+  if (!opened.is_open()) return false;
   std::string piece(kPiece, '\0');
   for (;;) {
-    const ssize_t count = ::read(descriptor, piece.data(), kPiece);
+    const ssize_t count = ::read(opened.number(), piece.data(), kPiece);
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) return count == 0;
     if (!sink({piece.data(), static_cast<std::size_t>(count)})) return false;

@@ -12,6 +12,7 @@
 
 #include "proto/parts.h"
 #include "proto/paths.h"
+#include "raster/disk/descriptor.h"
 
 namespace cordillera::server::sandbox {
 namespace {
@@ -65,13 +66,8 @@ class FileRules {
     if (abi >= 6) attributes.scopes = kOutside;
     handled_ = attributes.files;
     // An older kernel takes the longer structure as long as what it does not know is zero.
-    descriptor_ = static_cast<int>(syscall(SYS_landlock_create_ruleset, &attributes, sizeof attributes, 0));
+    rules_ = raster::Descriptor(static_cast<int>(syscall(SYS_landlock_create_ruleset, &attributes, sizeof attributes, 0)));
   }
-  ~FileRules() {
-    if (descriptor_ >= 0) close(descriptor_);
-  }
-  FileRules(const FileRules&) = delete;
-  FileRules& operator=(const FileRules&) = delete;
 
   /// A folder that jobs may read, and what is in it: but not what lies in `data`, the service's folder. Landlock knows no
   /// exceptions, so each thing beside it gets a rule.
@@ -89,20 +85,19 @@ class FileRules {
   }
   /// What is not there needs no rule.
   void allow(const fs::path& path, std::uint64_t access) {
-    if (descriptor_ < 0 || path.empty()) return;
-    const int place = open(path.c_str(), O_PATH | O_CLOEXEC);
-    if (place < 0) return;
+    if (!rules_.is_open() || path.empty()) return;
+    const raster::Descriptor place(open(path.c_str(), O_PATH | O_CLOEXEC));
+    if (!place.is_open()) return;
     std::error_code ignored;
     landlock_path_beneath_attr rule{};
     rule.allowed_access = access & handled_ & (fs::is_directory(path, ignored) ? ~std::uint64_t{0} : kOfFiles);
-    rule.parent_fd = place;
-    if (rule.allowed_access != 0) syscall(SYS_landlock_add_rule, descriptor_, LANDLOCK_RULE_PATH_BENEATH, &rule, 0);
-    close(place);
+    rule.parent_fd = place.number();
+    if (rule.allowed_access != 0) syscall(SYS_landlock_add_rule, rules_.number(), LANDLOCK_RULE_PATH_BENEATH, &rule, 0);
   }
-  bool enforce() { return descriptor_ >= 0 && syscall(SYS_landlock_restrict_self, descriptor_, 0) == 0; }
+  bool enforce() { return rules_.is_open() && syscall(SYS_landlock_restrict_self, rules_.number(), 0) == 0; }
 
  private:
-  int descriptor_ = -1;
+  raster::Descriptor rules_;
   std::uint64_t handled_ = 0;
 };
 

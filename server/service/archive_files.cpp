@@ -47,20 +47,18 @@ proto::Result<void> write_one(const ArchiveOrder& order, const fs::path& path, c
 }  // namespace
 
 std::shared_ptr<const ArchiveFile> ArchiveFile::open(const fs::path& path) {
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) return nullptr;
-  const std::shared_ptr<ArchiveFile> file(new ArchiveFile(descriptor));
+  raster::Descriptor opened(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (!opened.is_open()) return nullptr;
+  const std::shared_ptr<ArchiveFile> file(new ArchiveFile(std::move(opened)));
   try {
     file->take_sums();
   } catch (const ArchiveDamaged&) { return nullptr; }
   return file;
 }
 
-ArchiveFile::~ArchiveFile() { ::close(descriptor_); }
-
 void ArchiveFile::take_sums() {
   struct stat now {};
-  if (fstat(descriptor_, &now) != 0) throw ArchiveDamaged("an archive cannot be read");
+  if (fstat(file_.number(), &now) != 0) throw ArchiveDamaged("an archive cannot be read");
   size_ = static_cast<std::uint64_t>(now.st_size);
   Digest all;
   for (std::uint64_t number = 0; number * kBlock_bytes < size_; ++number) {
@@ -76,7 +74,7 @@ std::string ArchiveFile::block(std::uint64_t number) const {
   const std::uint64_t first = number * kBlock_bytes;
   if (first >= size_) throw ArchiveDamaged("an archive ends early");
   std::string bytes(static_cast<std::size_t>(std::min<std::uint64_t>(kBlock_bytes, size_ - first)), '\0');
-  if (!raster::read_all_at(descriptor_, bytes, first)) throw ArchiveDamaged("an archive cannot be read");
+  if (!raster::read_all_at(file_.number(), bytes, first)) throw ArchiveDamaged("an archive cannot be read");
   return bytes;
 }
 

@@ -15,6 +15,7 @@
 
 #include "pipeline/faces/face.h"
 #include "proto/result.h"
+#include "raster/disk/descriptor.h"
 #include "server/limits/space.h"
 
 namespace cordillera::server {
@@ -28,9 +29,6 @@ class ArchiveFile {
  public:
   /// Null: it cannot be opened.
   static std::shared_ptr<const ArchiveFile> open(const std::filesystem::path& path);
-  ~ArchiveFile();
-  ArchiveFile(const ArchiveFile&) = delete;
-  ArchiveFile& operator=(const ArchiveFile&) = delete;
   std::uint64_t size() const { return size_; }
   const std::string& etag() const { return etag_; }  ///< of its bytes, in quotes
   /// Throws ArchiveDamaged where they are not there, or not those that were there when it was opened.
@@ -39,10 +37,10 @@ class ArchiveFile {
   bool damaged() const { return damaged_; }
 
  private:
-  explicit ArchiveFile(int descriptor) : descriptor_(descriptor) {}
+  explicit ArchiveFile(raster::Descriptor file) : file_(std::move(file)) {}
   void take_sums();
   std::string block(std::uint64_t number) const;
-  int descriptor_;
+  raster::Descriptor file_;
   std::uint64_t size_ = 0;
   std::string etag_;
   std::string sums_;  ///< of its blocks, kSum_letters each

@@ -4,16 +4,17 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "raster/disk/descriptor.h"
+
 namespace cordillera::server {
 namespace {
 
 /// What asking for permissions would not find: a disk that went read-only, or one without room for a name.
 std::string cannot_write(const std::filesystem::path& folder) {
   const std::string probe = (folder / (".probe-" + std::to_string(getpid()))).string();
-  const int file = ::open(probe.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0600);
-  const bool written = file >= 0 && ::write(file, "x", 1) == 1;
+  const raster::Descriptor file(::open(probe.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0600));
+  const bool written = file.is_open() && ::write(file.number(), "x", 1) == 1;
   const std::string why = written ? "" : strerror(errno);
-  if (file >= 0) ::close(file);
   ::unlink(probe.c_str());
   return why;
 }

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <memory>
 
+#include "raster/disk/descriptor.h"
 #include "raster/disk/new_file.h"
 #include "raster/disk/write_all.h"
 #include "server/http/digest.h"
@@ -32,14 +33,6 @@ Problem unknown(const std::string& id) {
 Problem full(const std::string& why) {
   return {"storage-full", "the upload cannot be written to disk: " + why, "going on when there is room again", ""};
 }
-
-/// A descriptor that closes itself.
-struct PartDescriptor {
-  int number = -1;
-  ~PartDescriptor() {
-    if (number >= 0) ::close(number);
-  }
-};
 
 }  // namespace
 
@@ -121,16 +114,16 @@ proto::Result<PartFile> PartFiles::append(const std::string& id, std::uint64_t o
                    "the upload stands at " + std::to_string(file->offset) + ", not at " + std::to_string(offset),
                    "Upload-Offset: " + std::to_string(file->offset), "Upload-Offset"};
   }
-  const PartDescriptor part{::open(bytes_of(id).c_str(), O_WRONLY | O_CLOEXEC)};
+  const raster::Descriptor part(::open(bytes_of(id).c_str(), O_WRONLY | O_CLOEXEC));
   // Bytes behind the offset were never acknowledged.
-  if (part.number < 0 || ftruncate(part.number, static_cast<off_t>(offset)) != 0 ||
-      lseek(part.number, static_cast<off_t>(offset), SEEK_SET) < 0) {
+  if (!part.is_open() || ftruncate(part.number(), static_cast<off_t>(offset)) != 0 ||
+      lseek(part.number(), static_cast<off_t>(offset), SEEK_SET) < 0) {
     return full(strerror(errno));
   }
   std::uint64_t at = offset;
   bool too_long = false, failed = false, whole = true;
   const auto note = [&] {
-    if (fsync(part.number) != 0) return false;
+    if (fsync(part.number()) != 0) return false;
     PartFile noted = *file;
     noted.offset = at;
     if (!write_down(noted)) return false;
@@ -141,7 +134,7 @@ proto::Result<PartFile> PartFiles::append(const std::string& id, std::uint64_t o
     whole = request.read_body([&](std::string_view piece) {
       too_long = at + piece.size() > file->length;
       if (too_long) return false;
-      failed = !raster::write_all(part.number, piece);
+      failed = !raster::write_all(part.number(), piece);
       if (failed) return false;
       at += piece.size();
       failed = at - file->offset >= kNotedEvery && !note();
