@@ -43,7 +43,8 @@ std::vector<proto::TileAddress> BlockOrder::looked_at_now() const {
   return follower_ ? follower_->looked_at() : std::vector<proto::TileAddress>();
 }
 
-/// The block of the first of these tiles whose block is still to be made. Tiles of many blocks come behind all others.
+/// The block of the first of these tiles whose block is still to be made; behind them, for a tile of level 0, any below it.
+/// Others above the blocks stand for none: a map that is zoomed out asks for them.
 std::optional<std::size_t> BlockOrder::next_under(const std::vector<proto::TileAddress>& tiles) const {
   if (blocks_.empty()) return std::nullopt;
   const int level = blocks_.front().z;
@@ -59,7 +60,7 @@ std::optional<std::size_t> BlockOrder::next_under(const std::vector<proto::TileA
     if (const auto k = next([&](const proto::TileAddress& block) { return block == wanted; })) return k;
   }
   for (const proto::TileAddress& tile : tiles) {
-    if (tile.z >= level) continue;
+    if (tile.z > 0 || level == 0) continue;
     if (const auto k = next([&](const proto::TileAddress& block) { return block.at_level(tile.z) == tile; })) return k;
   }
   return std::nullopt;

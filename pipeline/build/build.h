@@ -22,7 +22,7 @@ class BlockFollower {
   /// take() and end().
   virtual void begin(const proto::Plan& plan, std::function<void()> shown) = 0;
   /// Tiles that were asked for lately, the last first: their blocks are to be made next, and after those all that lie below tiles
-  /// of coarser levels. Called by any thread.
+  /// of level 0. Called by any thread.
   virtual std::vector<proto::TileAddress> looked_at() = 0;
   /// Whether blocks are made only under tiles that are looked at. After begin().
   virtual bool lazy() const { return false; }

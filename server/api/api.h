@@ -123,7 +123,7 @@ std::optional<Response> wait_for(Service& service, const Request& request, const
 /// The same for what is made of the whole dataset. A lazy one has its blocks made as long as somebody asks, if they are no more
 /// than kMostBlocksOfAll; of others, who names a time waits.
 std::optional<Response> wait_for_all(Service& service, const Request& request, const Dataset& dataset);
-/// Blocks of 1025 x 1025 samples have 341 tiles: so many have more than an archive may hold over HTTP.
+/// They take minutes. Who wants more says so to the dataset (build=full), which goes on then without anybody.
 inline constexpr std::int64_t kMostBlocksOfAll = 400;
 /// A request of /v1/live, as one of the dataset that its address and its options name; where there is none yet it is made.
 struct Live {
@@ -143,7 +143,7 @@ std::shared_ptr<const pipeline::faces::Terrain> ahead_of_block(Library& library,
                                                                const proto::Manifest& shown, const proto::TileAddress& tile);
 
 /// 503, and when to ask again.
-Response not_made_yet(const Dataset& dataset);
+Response not_made_yet(Service& service, const Dataset& dataset);
 /// Whether a tile is still to come in its final form. Of a lazy dataset those above all blocks are not: no look makes them.
 bool is_to_come(const Dataset& dataset, const proto::Manifest* shown, const proto::TileAddress& tile);
 

@@ -144,7 +144,7 @@ std::optional<Response> wait_until_read(Service& service, const Request& request
                                                                  return shown == nullptr;
                                                                }});
   auto later = wait_for(service, request, dataset, may_wait(service.settings().serve.limits, request), std::move(awaited));
-  return later ? std::move(*later) : not_made_yet(dataset);
+  return later ? std::move(*later) : not_made_yet(service, dataset);
 }
 
 namespace {

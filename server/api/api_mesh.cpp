@@ -38,8 +38,8 @@ std::string file_name(const Dataset& dataset, const ExtractedMesh& mesh, const s
   return dataset.id + "-" + std::to_string(mesh.level) + "." + ending;  // an id has letters, digits and dashes only
 }
 
-/// Blocks of a dataset that is being built, in which a mesh of one of their levels lies. A box without a level is of one of them:
-/// so many blocks have no more triangles on their coarsest than a mesh may have. None: it is of no such level, or lies in more
+/// Blocks of a dataset that is being built, in which a mesh of one of their levels lies. A box without a level is of the
+/// finest of them that has few enough triangles. None: it is of no such level, or lies in more
 /// blocks than one request looks at.
 std::optional<std::vector<proto::TileAddress>> blocks_under(const pipeline::faces::Terrain& shown, const MeshRequest& wanted) {
   const proto::Manifest& manifest = shown.manifest();
@@ -75,7 +75,7 @@ std::optional<Response> wait_for_blocks(Service& service, const Request& request
   service.queue().look(dataset, *blocks, shown, JobQueue::Who::waits);
   auto later =
       wait_for(service, request, dataset, may_wait(service.settings().serve.limits, request), all_of(std::move(*blocks)));
-  return later ? std::move(*later) : not_made_yet(dataset);
+  return later ? std::move(*later) : not_made_yet(service, dataset);
 }
 
 }  // namespace
@@ -97,6 +97,12 @@ Response extracted_mesh(Service& service, const Request& request, const Dataset&
 
   const auto mesh = extract_mesh(*opened.terrain, *wanted);
   if (!mesh) return problem_response(mesh.problem());
+  const proto::Manifest& shown = opened.terrain->manifest();
+  // The blocks have too many triangles on all of their levels, and above them nothing is final yet.
+  if (shown.provisional() && mesh->level < static_cast<int>(shown.done_blocks().level())) {
+    auto later = wait_for_all(service, request, dataset);
+    return later ? std::move(*later) : open_published(service, dataset, route).refusal;
+  }
   std::ostringstream bytes;
   write_mesh(bytes, *mesh, kind, opened.terrain->manifest());
   Response response;

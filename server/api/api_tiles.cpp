@@ -307,7 +307,7 @@ class Unfinished {
     Response response = of_terrain(terrain, request_, route_);
     if (to_come && awaited_ && response.status == 404 && is_lazy(dataset_)) {
       put_off = later();
-      return put_off ? std::move(*put_off) : not_made_yet(dataset_);
+      return put_off ? std::move(*put_off) : not_made_yet(service_, dataset_);
     }
     if (!tile_ || !is_final(shown, request_, route_, *tile_)) mark_provisional(response);
     return response;

@@ -16,21 +16,29 @@ using Clock = std::chrono::steady_clock;
 // The loops of connections look, and the job is told by a file: hundreds that wait must not write it with every step of a build.
 constexpr std::chrono::seconds kBetweenLooks{1};
 
-Response not_all_made_yet(Service& service, const Dataset& dataset) {
-  char share[16] = "";
-  std::snprintf(share, sizeof share, "%.0f %%", 100 * share_made(service, dataset));
-  return problem_response(
-      {"tile-not-ready",
-       "this is made of all of dataset " + dataset.id + ", of which " + share + " is built; the rest is made now",
-       "asking again, or Prefer: wait=SECONDS within the limit max_wait", ""});
-}
-
 std::int64_t blocks_in_bounds(const proto::Manifest& shown) {
   const int level = static_cast<int>(shown.done_blocks().level());
   const auto touched = shown.has_done_blocks() ? touched_by_bounds(shown, level) : std::nullopt;
   if (!touched) return 0;
   return (proto::modulo(std::int64_t{touched->east} - touched->west, proto::tiles_across(level)) + 1) *
          (touched->north - touched->south + 1);
+}
+
+/// Of a lazy dataset that requests do not have made as a whole.
+bool is_too_much(const Dataset& dataset, const pipeline::faces::Terrain* shown) {
+  return is_lazy(dataset) && shown != nullptr && blocks_in_bounds(shown->manifest()) > kMostBlocksOfAll;
+}
+
+/// From the share clients see that waiting helps.
+Response not_yet(Service& service, const Dataset& dataset, const std::string& why) {
+  char share[16] = "";
+  std::snprintf(share, sizeof share, "%.1f %%", 100 * share_made(service, dataset));
+  return problem_response({"tile-not-ready", why + "; " + share + " of the dataset is built",
+                           "asking again, or Prefer: wait=SECONDS within the limit max_wait", ""});
+}
+
+Response not_all_made_yet(Service& service, const Dataset& dataset) {
+  return not_yet(service, dataset, "this is made of all of dataset " + dataset.id + ", the rest of which is built now");
 }
 
 class TileWait {
@@ -54,7 +62,7 @@ class TileWait {
     const Row dataset = service_.find(id_);
     if (!dataset || dataset->state == State::ready || dataset->state == State::failed) return false;
     const auto terrain = service_.library().provisional(id_);
-    if (!awaited_.lacks(*dataset, terrain.get())) return false;
+    if (!awaited_.lacks(*dataset, terrain.get()) || (awaited_.all && is_too_much(*dataset, terrain.get()))) return false;
     if (terrain && awaited_.alone && ahead_of_block(service_.library(), id_, terrain->manifest(), *awaited_.alone)) return false;
     if (!terrain || !looks) return true;
     looked_ = Clock::now();
@@ -76,7 +84,7 @@ class TileWait {
   Response refusal() const {
     const Row dataset = service_.find(id_);
     if (!dataset) return problem_response(unknown_dataset(id_));
-    return awaited_.all ? not_all_made_yet(service_, *dataset) : not_made_yet(*dataset);
+    return awaited_.all ? not_all_made_yet(service_, *dataset) : not_made_yet(service_, *dataset);
   }
 
   static Response anew() {
@@ -129,7 +137,7 @@ std::optional<Response> wait_for_all(Service& service, const Request& request, c
   const MayWait wait = may_wait(service.settings().serve.limits, request);
   const auto shown = service.library().provisional(dataset.id);
   const bool lazy = is_lazy(dataset);
-  if (lazy ? shown && blocks_in_bounds(shown->manifest()) > kMostBlocksOfAll : !wait.preferred) return std::nullopt;
+  if (is_too_much(dataset, shown.get()) || (!lazy && !wait.preferred)) return std::nullopt;
   if (lazy && shown) service.queue().look_at_all(dataset);
   Awaited awaited{{}, [](const Dataset&, const pipeline::faces::Terrain*) { return true; }};
   awaited.all = true;
@@ -146,10 +154,8 @@ Awaited all_of(std::vector<proto::TileAddress> tiles) {
   return {std::move(tiles), lacks};
 }
 
-Response not_made_yet(const Dataset& dataset) {
-  return problem_response({"tile-not-ready",
-                           "dataset " + dataset.id + " is being built, and has not come to this yet: it is made next",
-                           "asking again, or Prefer: wait=SECONDS within the limit max_wait", ""});
+Response not_made_yet(Service& service, const Dataset& dataset) {
+  return not_yet(service, dataset, "dataset " + dataset.id + " is being built, and has not come to this yet: it is made next");
 }
 
 std::shared_ptr<const pipeline::faces::Terrain> ahead_of_block(Library& library, const std::string& id,

@@ -31,6 +31,11 @@ struct FetchCounts {
   std::atomic<std::uint64_t> bytes{0};
 };
 
+// No longer than a connection is patient without a byte.
+const std::vector<std::pair<std::string, std::string>> kWaits = {{"Prefer", "wait=30"}};
+
+bool is_provisional(const Answer& answer) { return !answer.header("cordillera-provisional").empty(); }
+
 /// Addresses into files, by several connections.
 class Fetching {
  public:
@@ -78,7 +83,7 @@ class Fetching {
 
   proto::Result<void> fetch(Talk& talk, Shelf& shelf, const std::string& address, const std::string& name) {
     // A tile that stands in for one that is to be made is no file to keep.
-    Call call = {"GET", "/v1/datasets/" + line_.id + "/" + address, {{"Prefer", "wait"}}};
+    Call call = {"GET", "/v1/datasets/" + line_.id + "/" + address, kWaits};
     const std::string from = talk.address() + call.path;
     talk.moved();
     if (unchanged(talk, call.path, shelf.tag(name, from))) {
@@ -99,7 +104,7 @@ class Fetching {
                        "a folder that can be written, with room", "--output"};
       if (answer.whole(200)) {
         ++counts_.fetched;
-        counts_.provisional += answer.header("cordillera-provisional").empty() ? 0 : 1;
+        counts_.provisional += is_provisional(answer) ? 1 : 0;
         counts_.bytes += bytes;
         return done(address, part.put(name, from, answer.header("etag")));
       }
@@ -131,7 +136,7 @@ class Fetching {
 
 proto::Result<Answer> get(const ServiceAddress& place, const FetchLine& line, const std::string& address) {
   Talk talk(place, line.words);
-  const Answer answer = talk.patiently({"GET", "/v1/datasets/" + line.id + "/" + address});
+  const Answer answer = talk.patiently({"GET", "/v1/datasets/" + line.id + "/" + address, kWaits});
   return answer.whole(200) ? proto::Result<Answer>(answer) : talk.problem_of(answer);
 }
 
@@ -186,6 +191,8 @@ int to_stdout(const ServiceAddress& place, const FetchLine& line) {
   if (!text && isatty(STDOUT_FILENO))
     return tell({"usage", "a tile is no text for a terminal", "-o FILE", "--output"}, line.show);
   std::cout << answer->body << std::flush;
+  if (is_provisional(*answer) && line.words == Verbosity::all)
+    std::cerr << "cordillera: this is provisional: the dataset is not built to its end\n";
   return std::cout ? kDone : kFailed;
 }
 

@@ -7,7 +7,6 @@
 #include "server/datasets/upload.h"
 #include "server/http/json.h"
 #include "server/jobs/job_queue.h"
-#include "server/jobs/turn.h"
 #include "server/log/log.h"
 
 namespace cordillera::server {
@@ -96,18 +95,25 @@ std::optional<JobQueue::Next> JobQueue::fetch_again(const Dataset& dataset, cons
   return Next::done;
 }
 
-/// The raster of a dataset that has an address. False: it cannot be fetched, or not now.
-bool JobQueue::have_raster(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop) {
+/// What a dataset's raster needs before its build: nothing; or the turn ends here.
+std::optional<JobQueue::Next> JobQueue::have_raster(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop) {
   const std::string& id = dataset.id;
+  if (dataset.address.empty() || dataset.state == State::failed) return std::nullopt;
   bool anew = false;
   {
     const std::lock_guard lock(mutex_);
     anew = anew_.erase(id) > 0;
   }
+  if (!anew && (dataset.state == State::ready || has_raster(dataset))) return std::nullopt;
   if (dataset.state == State::queued) registry_.set_state(id, State::running, std::nullopt);
   const auto fetched = fetch_raster(dataset, stop);
-  if (stop || fetched) return fetched.ok() && !stop;
-  if (!is_passing(fetched.problem(), turn.attempt)) return finish(dataset, fetched.problem()), false;
+  if (stop) return Next::done;
+  if (fetched) {  // who noticed meanwhile that something else stands there has what stands there
+    const std::lock_guard lock(mutex_);
+    anew_.erase(id);
+    return std::nullopt;
+  }
+  if (!is_passing(fetched.problem(), turn.attempt)) return finish(dataset, fetched.problem()), Next::done;
   if (anew) {
     const std::lock_guard lock(mutex_);
     anew_.insert(id);
@@ -117,43 +123,20 @@ bool JobQueue::have_raster(const Dataset& dataset, const Turn& turn, const std::
   hub_.touch(id);
   log_warning("dataset " + id + ": " + fetched.problem().line() + "; tried again later");
   retry_later(turn);
-  return false;
+  return Next::done;
 }
 
-/// Whether something of a dataset is to be fetched before its next turn.
-bool JobQueue::needs_fetch(const Dataset& dataset) {
-  if (dataset.state == State::failed) return false;
-  if (!dataset.address.empty()) {
-    const std::lock_guard lock(mutex_);
-    if (anew_.contains(dataset.id)) return true;
-  }
-  if (!dataset.address.empty()) return dataset.state != State::ready && !has_raster(dataset);
-  const auto change = ledger_.holds(dataset.id) ? ledger_.first(dataset.id) : std::nullopt;
-  return change && !change->source().url().empty() && change->source().hash().empty() &&
-         !updates::is_done(layout_, dataset.id, *change);
-}
-
-/// An address that is slow holds no turn: others are built meanwhile.
-void JobQueue::fetch_first(const Turn& turn) {
-  boost::asio::post(fetches_, [this, turn] {
-    try {
-      if (fetch(turn)) admit(turn);
-    } catch (const std::exception& error) {  // the registry's, or want of memory
-      log_warning("dataset " + turn.id + ": " + error.what() + "; its raster is fetched later");
-      retry_later(turn);
-    }
-  });
-}
-
-/// True: it is there, and its build can have its turn.
-bool JobQueue::fetch(const Turn& turn) {
-  const auto flag = begin(turn.id, Work::fetch);
-  if (!flag) return later(kLookAgain, turn), false;
-  const Row dataset = registry_.find(turn.id);
-  if (!dataset) return false;
-  const LogScope job("job", turn.id), request("request", dataset->request_id);
-  if (!needs_fetch(*dataset)) return true;
-  return dataset->address.empty() ? fetch_change(*dataset, turn, *flag) : have_raster(*dataset, turn, *flag);
+/// What has an address and waits for its build is fetched meanwhile, for a first look. True: it is there. What goes wrong is met
+/// again by its build, and told then.
+bool JobQueue::fetch_ahead(const std::string& id) {
+  const auto flag = begin(id, Work::fetch);
+  const Row dataset = flag ? registry_.find(id) : nullptr;
+  if (!dataset || dataset->state != State::queued) return false;
+  if (has_raster(*dataset)) return true;
+  const LogScope job("job", id), request("request", dataset->request_id);
+  const auto fetched = fetch_raster(*dataset, *flag);
+  if (!fetched && !*flag) log_info("dataset " + id + ": not fetched ahead of its build: " + fetched.problem().line());
+  return fetched.ok();
 }
 
 /// What was made of the raster before is served until this one has come.

@@ -14,9 +14,10 @@ namespace cordillera::server {
 namespace {
 
 constexpr auto kFirstWait = std::chrono::seconds(2), kLongestWait = std::chrono::seconds(300);
-constexpr std::size_t kFetchesAtOnce = 8;  // they wait for other machines most of the time
-constexpr int kTriesWithTables = 12;       // half an hour; an installation without them stays so
-constexpr int kTriesWithOneStore = 3;      // then what was built so far is thrown away: it may be what is wrong
+constexpr std::size_t kFetchesAhead = 2;
+constexpr std::size_t kCopiesAtOnce = 4;
+constexpr int kTriesWithTables = 12;   // half an hour; an installation without them stays so
+constexpr int kTriesWithOneStore = 3;  // then what was built so far is thrown away: it may be what is wrong
 
 }  // namespace
 
@@ -51,7 +52,8 @@ JobQueue::JobQueue(Parts parts, unsigned concurrency)
       published_(std::move(parts.published)),
       concurrency_(concurrency),
       dry_turns_(concurrency),
-      fetches_(kFetchesAtOnce),
+      copies_(kCopiesAtOnce),
+      fetches_(kFetchesAhead),
       looks_(1),
       pool_(concurrency) {
   // A pool takes descriptors for its clocks with the first one. When that is needed there may be none.
@@ -78,20 +80,23 @@ void JobQueue::resume() {
 
 void JobQueue::enqueue(const std::string& id, const std::string& client) {
   const Row dataset = registry_.find(id);
-  if (dataset && dataset->state != State::ready && dataset->address.empty()) {
+  const bool fresh = dataset && dataset->state != State::ready, has_address = fresh && !dataset->address.empty();
+  if (fresh && !has_address) {
     const std::lock_guard lock(mutex_);
     posted_.emplace(id, Clock::now());
   }
-  admit({id, client, 0});
-}
-
-/// To the turns, once its raster is there. Who waits for one is looked at meanwhile.
-void JobQueue::admit(const Turn& turn) {
-  const Row dataset = registry_.find(turn.id);
-  if (dataset && needs_fetch(*dataset)) return fetch_first(turn);
+  if (dataset && needs_copy(*dataset)) return copy_first({id, client, 0});
   const bool waits = unfinished_ >= concurrency_;
-  enqueue(turn);
-  if (waits && dataset && dataset->state != State::ready && job_of(*dataset).provisional()) look_ahead(turn.id);
+  enqueue({id, client, 0});
+  if (!fresh || !waits || !job_of(*dataset).provisional()) return;
+  if (!has_address) return look_ahead(id);
+  boost::asio::post(fetches_, [this, id] {
+    try {
+      if (fetch_ahead(id)) look_ahead(id);
+    } catch (const std::exception& error) {  // the registry's, or want of memory; its build is tried all the same
+      log_warning("dataset " + id + ": " + error.what());
+    }
+  });
 }
 
 void JobQueue::give_way(Running& job) {
@@ -239,7 +244,7 @@ void JobQueue::stop() {
   }
   ended_.notify_all();
   dry_turns_.stop();
-  for (boost::asio::thread_pool* pool : {&fetches_, &looks_, &pool_}) {
+  for (boost::asio::thread_pool* pool : {&copies_, &fetches_, &looks_, &pool_}) {
     pool->stop();
     pool->join();
   }
@@ -289,10 +294,13 @@ JobQueue::Next JobQueue::run(const Turn& turn) {
   // for looks: look again soon.
   if (!flag) return ask_to_end(id), later(kLookAgain, turn), Next::done;
   // Deleting takes the row away first: either it is gone here, or the delete finds this job in running_.
-  const Row dataset = registry_.find(id);
+  Row dataset = registry_.find(id);
   if (dataset) {
     const LogScope job("job", id), request("request", dataset->request_id);
-    if (needs_fetch(*dataset)) return flag.reset(), fetch_first(turn), Next::done;
+    if (const auto ended = have_raster(*dataset, turn, *flag)) return *ended;
+    if (!dataset->address.empty()) dataset = registry_.find(id);
+    if (!dataset) return Next::done;
+    if (needs_copy(*dataset)) return flag.reset(), copy_first(turn), Next::done;
     if (ledger_.holds(id)) return take_change(*dataset, turn, *flag);
     if (dataset->state == State::ready || dataset->state == State::failed)
       return Next::done;  // an earlier turn's work: its raster is gone

@@ -128,10 +128,7 @@ class JobQueue {
   void end_look(const std::string& id);
   void wake(const Dataset& dataset);
   enum class Next { done, again };  ///< again: the dataset has more to do, at the end of the queue
-  void admit(const Turn& turn);
-  bool needs_fetch(const Dataset& dataset);
-  void fetch_first(const Turn& turn);
-  bool fetch(const Turn& turn);
+  bool fetch_ahead(const std::string& id);
   void look_ahead(const std::string& id);
   static void give_way(Running& job);
   void give_way_if_slow(const std::string& id, std::chrono::nanoseconds waited);
@@ -149,7 +146,7 @@ class JobQueue {
   static std::chrono::seconds wait_before(int attempt);
   Next run(const Turn& turn);
   void tell_fetching(const std::string& id);
-  bool have_raster(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop);
+  std::optional<Next> have_raster(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop);
   proto::Result<void> fetch_raster(const Dataset& dataset, const std::atomic<bool>& stop);
   bool has_raster(const Dataset& dataset) const;
   std::filesystem::path next_rasters(const std::string& id) const;
@@ -182,8 +179,11 @@ class JobQueue {
   void stand_still(std::chrono::milliseconds longest);
   // Of datasets whose rasters can be changed: one change, then the others' turns.
   Next take_change(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop);
-  bool fetch_change(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop);
-  proto::Result<void> fetch_source(const std::string& id, proto::SourceChange change, const std::atomic<bool>& stop);
+  bool needs_copy(const Dataset& dataset);
+  void copy_first(const Turn& turn);
+  void copy_next();
+  bool copy(const Turn& turn);
+  proto::Result<void> copy_source(const std::string& id, proto::SourceChange change, const std::atomic<bool>& stop);
   Outcome take_turn(const Dataset& dataset, const proto::SourceChange& change, metrics::StageClock& clock,
                     const std::atomic<bool>& stop);
   Next settle(const Dataset& dataset, const proto::SourceChange& change, const Outcome& outcome, const Turn& turn);
@@ -216,7 +216,9 @@ class JobQueue {
   std::atomic<unsigned> unfinished_{0};  ///< turns that wait or run
   DryTurns dry_turns_;
   BuildTurns turns_;
-  boost::asio::thread_pool fetches_;  ///< of rasters that stand at an address, before their turns
+  BuildTurns copy_turns_;
+  boost::asio::thread_pool copies_;   ///< of rasters from their addresses, before their builds' turns
+  boost::asio::thread_pool fetches_;  ///< of rasters whose builds wait
   boost::asio::thread_pool looks_;    ///< at rasters whose builds wait: one at a time
   boost::asio::thread_pool pool_;     ///< last: its threads use the rest
 };

@@ -45,22 +45,48 @@ JobQueue::Next JobQueue::settle(const Dataset& dataset, const proto::SourceChang
   return ledger_.first(id) ? Next::again : Next::done;
 }
 
-/// The raster that a change adds, from its address. False: the change has come to its end with that, or is tried again.
-bool JobQueue::fetch_change(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop) {
+/// Whether the next change brings a raster that still stands at its address alone.
+bool JobQueue::needs_copy(const Dataset& dataset) {
+  if (dataset.state == State::failed || !ledger_.holds(dataset.id)) return false;
   const auto change = ledger_.first(dataset.id);
-  if (!change) return false;
-  if (dataset.state != State::ready) registry_.set_state(dataset.id, State::running, std::nullopt);
-  tell_fetching(dataset.id);
-  const auto fetched = fetch_source(dataset.id, *change, stop);
-  if (stop) return false;
-  if (!fetched && settle(dataset, *change, fetched.problem(), turn) == Next::again) enqueue({turn.id, turn.client, 0});
-  if (!fetched) return false;
-  if (dataset.state != State::ready) registry_.set_state(dataset.id, State::queued, std::nullopt);
-  hub_.touch(dataset.id);
-  return true;
+  return change && !change->source().url().empty() && change->source().hash().empty() &&
+         !updates::is_done(layout_, dataset.id, *change);
 }
 
-proto::Result<void> JobQueue::fetch_source(const std::string& id, proto::SourceChange change, const std::atomic<bool>& stop) {
+/// A host that is slow holds no turn of a build. Clients take turns here, too.
+void JobQueue::copy_first(const Turn& turn) {
+  if (copy_turns_.add(turn)) boost::asio::post(copies_, [this] { copy_next(); });
+}
+
+void JobQueue::copy_next() {
+  const auto turn = copy_turns_.next();
+  if (!turn) return;
+  try {
+    if (!copy(*turn)) return;
+    enqueue(turn->id, turn->client);
+    hub_.touch(turn->id);
+  } catch (const std::exception& error) {  // the registry's, or want of memory
+    log_warning("dataset " + turn->id + ": " + error.what() + "; its raster is copied later");
+    retry_later(*turn);
+  }
+}
+
+/// False: the change has come to its end with that, or is tried again.
+bool JobQueue::copy(const Turn& turn) {
+  const auto flag = begin(turn.id, Work::fetch);
+  if (!flag) return later(kLookAgain, turn), false;
+  const Row dataset = registry_.find(turn.id);
+  if (!dataset || !needs_copy(*dataset)) return dataset != nullptr;
+  const auto change = ledger_.first(turn.id);
+  const LogScope job("job", turn.id), request("request", change->request_id());
+  tell_fetching(turn.id);
+  const auto copied = copy_source(turn.id, *change, *flag);
+  if (*flag) return false;
+  if (!copied && settle(*dataset, *change, copied.problem(), turn) == Next::again) enqueue({turn.id, turn.client, 0});
+  return copied.ok();
+}
+
+proto::Result<void> JobQueue::copy_source(const std::string& id, proto::SourceChange change, const std::atomic<bool>& stop) {
   proto::DatasetSource& source = *change.mutable_source();
   const fs::path file = layout_.dataset(id) / source.spec().path();
   if (const auto fetched = fetch_.whole(source.url(), file, stop); !fetched) return fetched.problem();

@@ -8,12 +8,14 @@ namespace {
 
 constexpr std::size_t kMostTiles = 64;  // what a screen shows
 constexpr auto kBetweenNotes = std::chrono::milliseconds(50);
+constexpr auto kBetweenNotesOfAll = std::chrono::seconds(10);
 constexpr auto kWantsAllFor = std::chrono::minutes(1);  // a client that was told to ask again has done so by then
 
-bool wants_all(const std::filesystem::path& folder) {
+/// All of it was asked for less than so long ago.
+bool wants_all(const std::filesystem::path& folder, std::chrono::seconds ago = kWantsAllFor) {
   std::error_code missing;
   const auto asked = std::filesystem::last_write_time(folder / kAllWantedFile, missing);
-  return !missing && decltype(asked)::clock::now() - asked < kWantsAllFor;
+  return !missing && decltype(asked)::clock::now() - asked < ago;
 }
 
 /// Those that the file says.
@@ -28,7 +30,8 @@ std::vector<proto::TileAddress> tiles_in(const std::filesystem::path& folder) {
 
 void LookedAt::note_all(const std::string& id) const {
   std::error_code ignored;
-  if (std::filesystem::exists(layout_.provisional(id), ignored)) std::ofstream(layout_.dataset(id) / kAllWantedFile) << '\n';
+  if (wants_all(layout_.dataset(id), kBetweenNotesOfAll) || !std::filesystem::exists(layout_.provisional(id), ignored)) return;
+  std::ofstream(layout_.dataset(id) / kAllWantedFile) << '\n';
 }
 
 bool LookedAt::all_wanted(const std::string& id) const { return wants_all(layout_.dataset(id)); }

@@ -314,11 +314,13 @@ TEST(BlockOrder, those_that_are_looked_at_are_given_once) {
   EXPECT_TRUE(order.looked_at(9).empty());
 }
 
-TEST(BlockOrder, all_blocks_under_a_coarse_tile_come_behind_those_that_are_looked_at) {
+TEST(BlockOrder, all_blocks_under_a_root_come_behind_those_that_are_looked_at) {
   Blocks follower;
-  pipeline::BlockOrder order({{5, 1, 1}, {5, 2, 1}, {5, 9, 1}, {5, 4, 1}}, &follower);
-  follower.looked = {{2, 0, 0}, {5, 4, 1}};
-  EXPECT_EQ(order.looked_at(9), (std::vector<std::size_t>{3, 0, 1})) << "5/9/1 is elsewhere";
+  pipeline::BlockOrder order({{5, 1, 1}, {5, 2, 1}, {5, 40, 1}, {5, 4, 1}}, &follower);
+  follower.looked = {{2, 0, 0}};
+  EXPECT_TRUE(order.looked_at(9).empty()) << "a map that is zoomed out";
+  follower.looked = {{0, 0, 0}, {5, 4, 1}};
+  EXPECT_EQ(order.looked_at(9), (std::vector<std::size_t>{3, 0, 1})) << "5/40/1 is east of Greenwich";
 }
 
 /// Blocks by and by, over several processes: in the end the same bytes as at once.

@@ -52,7 +52,7 @@ class Dataset:
 
     def fetch(self, path: str) -> bytes:
         """Any address below the dataset's, such as tileset.json. Waits for tiles that are still to be made."""
-        return self._connection.ask("GET", self._path + "/" + path.lstrip("/"), {"Prefer": "wait"}).body
+        return self._connection.ask("GET", self._path + "/" + path.lstrip("/"), {"Prefer": "wait=30"}).body
 
     def elevation(self, longitude_deg: float, latitude_deg: float, *, level: Optional[int] = None) -> Height:
         return self.elevations([(longitude_deg, latitude_deg)], level=level)[0]

@@ -116,13 +116,9 @@ void Sharpener::take(pipeline::FinishedTask&& block) {
   if (!thread_.joinable()) return;
   block.mesh.reset();
   block.consumed.clear();
-  const auto looked = looked_at();
-  const bool wanted =
-      std::any_of(looked.begin(), looked.end(), [&](const proto::TileAddress& tile) { return is_under(tile, block.node); });
   const std::lock_guard lock(mutex_);
   if (ending_) return;
   waiting_.push_back(std::move(block));
-  somebody_waits_ = somebody_waits_ || wanted;
   changed_.notify_all();
 }
 
@@ -135,9 +131,18 @@ void Sharpener::end() {
   if (thread_.joinable()) thread_.join();
 }
 
+/// Whether somebody looks at one of the blocks that a step would show.
+bool Sharpener::somebody_waits() {
+  const auto looked = looked_at();
+  return std::any_of(waiting_.begin(), waiting_.end(), [&](const pipeline::FinishedTask& block) {
+    return std::any_of(looked.begin(), looked.end(), [&](const proto::TileAddress& tile) { return is_under(tile, block.node); });
+  });
+}
+
 Sharpener::Clock::time_point Sharpener::due_at() const {
-  if (blocks_ == Blocks::looked_at) return step_began_ + std::max<Clock::duration>(kLeastLazyPause, step_took_);
-  const Clock::duration usual = somebody_waits_ ? Clock::duration() : (Clock::now() - started_) / kShareOfBuild;
+  const bool lazy = blocks_ == Blocks::looked_at;
+  if (lazy && somebody_waits_) return step_began_ + std::max<Clock::duration>(kLeastLazyPause, step_took_);
+  const Clock::duration usual = lazy || somebody_waits_ ? Clock::duration() : (Clock::now() - started_) / kShareOfBuild;
   return step_began_ + std::max({Clock::duration(kLeastPause), usual, step_took_ * kTimesStep});
 }
 
@@ -145,13 +150,14 @@ void Sharpener::run() {
   std::set<proto::TileAddress> before;  // shown by the last step: who had opened the one before it has found them meanwhile
   std::unique_lock lock(mutex_);
   for (;;) {
+    somebody_waits_ = somebody_waits_ || somebody_waits();
     // A lazy build's last blocks may be its last ones for long.
     const bool due = !waiting_.empty() && (Clock::now() >= due_at() || (ending_ && blocks_ == Blocks::looked_at));
     if (!due && ending_) return;
     if (!due && waiting_.empty())
       changed_.wait(lock);
     else if (!due)
-      changed_.wait_until(lock, due_at());
+      changed_.wait_until(lock, std::min(due_at(), Clock::now() + kLeastLazyPause));  // somebody may look meanwhile
     if (!due) continue;
     const std::vector<pipeline::FinishedTask> blocks = std::move(waiting_);
     waiting_.clear();

@@ -15,8 +15,8 @@ namespace cordillera::server {
 
 /// Puts blocks that are done into the provisional store of a job's folder, from time to time: a new file beside it takes its name
 /// when it is whole, as every step of provisional tiles does. A thread of its own does it, for a tenth of the build's time at
-/// most; of a lazy build, which has nothing else to do, as soon as it can. Without a provisional store, where blocks cannot stand
-/// in it, and without room on the disk nothing happens. What goes wrong is logged, and no problem of the build. Tiles of a
+/// most; of a lazy build's blocks that somebody looks at as soon as it can. Without a provisional store, where blocks cannot
+/// stand in it, and without room on the disk nothing happens. What goes wrong is logged, and no problem of the build. Tiles of a
 /// block's finest level for which somebody waits stand in a store of their own until the block has been shown for a step.
 class Sharpener final : public pipeline::BlockFollower {
  public:
@@ -39,6 +39,7 @@ class Sharpener final : public pipeline::BlockFollower {
   using Clock = std::chrono::steady_clock;
   using Took = std::optional<Clock::duration>;  ///< of processor time; none: it failed
   void run();
+  bool somebody_waits();
   Clock::time_point due_at() const;
   Took make_step(const std::vector<pipeline::FinishedTask>& blocks) const;
   void forget_finest(const std::set<proto::TileAddress>& blocks) const;
