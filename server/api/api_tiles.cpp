@@ -305,12 +305,17 @@ class Unfinished {
     auto put_off = to_come && wait_.preferred ? later() : std::nullopt;
     if (put_off) return std::move(*put_off);
     Response response = of_terrain(terrain, request_, route_);
-    if (to_come && awaited_ && response.status == 404 && is_lazy(dataset_)) {
+    if (to_come && awaited_ && is_lazy(dataset_) && is_missing(response, *terrain)) {
       put_off = later();
       return put_off ? std::move(*put_off) : not_made_yet(service_, dataset_);
     }
     if (!tile_ || !is_final(shown, request_, route_, *tile_)) mark_provisional(response);
     return response;
+  }
+
+  /// A picture of nothing is no content, too: where one of a coarser level stands in, nothing is what it shows.
+  bool is_missing(const Response& response, const pipeline::faces::Terrain& shown) const {
+    return response.status == 404 || (response.status == 204 && !has_stand_in(shown, route_, *tile_));
   }
 
   Service& service_;

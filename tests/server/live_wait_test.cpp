@@ -53,6 +53,17 @@ TEST_F(LiveWait, AFineTileOfALazyDatasetIsWaitedFor) {
   EXPECT_TRUE(counts("made", 1)) << test_.service().metrics().text();
 }
 
+/// A picture of no data is no content, and so a zoom that no level covers yet looks as if nothing were there.
+TEST_F(LiveWait, APictureOfAFineZoomIsWaitedForToo) {
+  const std::string id = posted({{"build", "lazy"}});
+  for (const char* path : {"/hillshade/9/200/200.png", "/slope/9/200/200.png", "/contours/9/200/200.mvt"}) {
+    EXPECT_EQ(slug_of(test_.get(at(id, path), prefer("wait=0"))), "tile-not-ready") << path;
+    EXPECT_TRUE(test_.get(at(id, path)).later) << path;
+  }
+  EXPECT_EQ(waiting(), 0);
+  EXPECT_EQ(test_.get(at(posted(), "/hillshade/9/200/200.png")).status, 204) << "of a full build, where that is preferred";
+}
+
 /// A finer step of provisional tiles, in place of the first.
 void make_finer_step(const std::string& path, const std::string& id) {
   proto::Plan plan;
