@@ -12,7 +12,7 @@ export async function fetch_json(url, patient = () => false) {
     if (patient()) return fetch_json(url, patient);
   }
   const body = await response.json().catch(() => ({}));
-  if (!response.ok) throw new Error(body.detail || body.title || `${url}: HTTP ${response.status}`);
+  if (!response.ok) throw Object.assign(new Error(body.detail || body.title || `${url}: HTTP ${response.status}`), { status: response.status });
   return body;
 }
 

@@ -21,7 +21,7 @@ export function post_rasters(files, options, on) {
   const request = new XMLHttpRequest();
   let id = null;
   request.upload.onprogress = ({ loaded, total }) => on.progress(loaded / total, `sending ${name}, ${Math.floor((100 * loaded) / total)} %`);
-  request.onerror = () => on.failed(`${name} could not be sent: the server does not answer`);
+  request.onerror = async () => on.failed((await unreadable(files)) ?? `${name} could not be sent: the server does not answer`);
   request.onload = () => {
     const answer = parsed(request.responseText);
     if (request.status >= 400 || !answer.id) return on.failed(words_of(answer, request.status));
@@ -54,6 +54,14 @@ export function watch_build(id, on) {
     },
   });
   return stop;
+}
+
+// A browser tells of what it cannot read as if no server answered. Undefined: it can read all of them.
+async function unreadable(files) {
+  for (const file of files) {
+    const read = await file.slice(0, 1).arrayBuffer().then(() => true, () => false);
+    if (!read) return `${file.name} cannot be read: it is a folder, or has changed since it was chosen. Drop the files in it, or a .zip of them`;
+  }
 }
 
 function parsed(text) {

@@ -155,7 +155,7 @@ async function show_dataset(id, words = "") {
   if (page.tileset) page.scene.primitives.remove(page.tileset);
   Object.assign(page, { id, manifest, tileset, looks, sea: new SeaLevel(base, point_again) });
   // A provisional tile may have gone with the others while it was on its way.
-  if (!manifest.provisional) tileset.tileFailed.addEventListener(({ url, message }) => report(new Error(`${url}: ${message}`)));
+  if (!manifest.provisional) tileset.tileFailed.addEventListener((failed) => tell_of_tile(tileset, failed));
   hide_welcome();
   if (!again) await_terrain(manifest.bounds);
   page.scene.light = relief_light(data_sphere(manifest.bounds).center);
@@ -210,13 +210,28 @@ async function sharpen(id, told) {
   if (of === wanted.id && !same) await on_its_way(of, show_dataset(of));
 }
 
-// A raster is replaced, or somebody gives the dataset another title: tiles and words of one version are shown, never of two.
+// A raster is replaced, or somebody gives the dataset another title: tiles and words of one version are shown, never of two. Or it is deleted.
 const kNews_ms = 10000;
+const kGone = "This dataset is not there any more. What is still seen of it goes with this page.";
 async function look_for_news() {
   const { id, version } = wanted;
   if (document.visibilityState !== "visible" || !version || page.id !== id || page.manifest.provisional) return;
-  const now = await fetch_json(base_of(id)).catch(() => null);  // the service may be away for a moment
-  if (now && wanted.id === id && wanted.version === version && now.version !== version) await open(id, "This dataset has changed: this is its new version.");
+  const now = await fetch_json(base_of(id)).catch(({ status }) => (status === 404 ? kGone : null));  // the service may be away for a moment
+  if (!now || wanted.id !== id || wanted.version !== version) return;
+  if (now === kGone) tell_gone();
+  else if (now.version !== version) await open(id, "This dataset has changed: this is its new version.");
+}
+
+function tell_gone() {
+  wanted.version = undefined;  // it is not asked for again
+  panel.say_state(kGone, true);
+  list_datasets().catch(report);
+}
+
+// One that cannot be had may be that of a dataset that is gone: then that is what is said.
+async function tell_of_tile(tileset, { url, message }) {
+  await look_for_news();
+  if (page.tileset === tileset && wanted.version) report(new Error(`${url}: ${message}`));
 }
 
 async function list_datasets() {

@@ -1,6 +1,8 @@
 // The page's controls: an upload from the page itself, looks, heights under the pointer, links, keys, a phone.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
+import { dirname } from "node:path";
+import { fileURLToPath } from "node:url";
 
 import { kTerrainAlone, open_dataset, open_page, tiles_loaded } from "./browser.mjs";
 import { look_straight_down, mean_colour } from "./views.mjs";
@@ -95,6 +97,13 @@ export async function try_bad_upload(page, file) {
     const parts = ["legend", "scale"].map((id) => document.getElementById(id).getBoundingClientRect()).filter(({ height }) => height > 0);
     return parts.length > 0 && parts.every(({ bottom }) => bottom <= top);
   });
+}
+
+// A folder that is dropped is a file that no browser can read.
+export async function try_folder(page) {
+  const session = await page.context().newCDPSession(page), data = { items: [], files: [dirname(fileURLToPath(import.meta.url))], dragOperationsMask: 1 };
+  for (const type of ["dragEnter", "dragOver", "drop"]) await session.send("Input.dispatchDragEvent", { type, x: 100, y: 80, data });
+  await page.waitForFunction(() => /cannot be read: it is a folder/.test(document.getElementById("message").textContent));
 }
 
 // A build that was begun on the page can be cancelled there: the service forgets it.

@@ -1,7 +1,8 @@
 // Which dataset the page shows, and which build it listens to: the one that somebody chose, and nothing else.
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
 
-import { open_page } from "./browser.mjs";
+import { open_dataset, open_page } from "./browser.mjs";
 import { kTiny } from "./controls.mjs";
 
 const shows = (page, id) => page.waitForFunction((wanted) => window.cordillera?.id === wanted, id);
@@ -74,4 +75,22 @@ export async function try_new_version(page, url, id, title) {
   await page.evaluate(() => document.dispatchEvent(new Event("visibilitychange")));
   await page.waitForFunction((wanted) => document.getElementById("title").textContent === wanted, title);
   await page.waitForFunction(() => /new version/.test(document.getElementById("message").textContent));
+}
+
+// Somebody deletes the dataset that is shown. The page says so, also where a tile is the first that tells, and does not offer it any more.
+export async function try_deleted(browser, url, raster) {
+  const delete_it = async (id) => assert.equal((await fetch(`${url}/v1/datasets/${id}`, { method: "DELETE" })).status, 204);
+  for (const told_by of ["look", "tile"]) {
+    const body = readFileSync(raster), headers = { Prefer: "wait" };
+    const { id } = await (await fetch(`${url}/v1/datasets?name=short-lived.tif`, { method: "POST", body, headers })).json();
+    const { page } = await open_dataset(browser, url, id, kTiny);
+    await delete_it(id);
+    if (told_by === "look") await page.evaluate(() => document.dispatchEvent(new Event("visibilitychange")));
+    else await page.evaluate(() => { window.cordillera.tileset.tileFailed.raiseEvent({ url: "a/tile", message: "404" }); });
+    await page.waitForFunction(() => /not there any more/.test(document.getElementById("message").textContent));
+    await page.waitForFunction((gone) => ![...document.querySelectorAll("#datasets option")].some(({ value }) => value === gone), id);
+    await page.evaluate(() => { window.cordillera.tileset.tileFailed.raiseEvent({ url: "another/tile", message: "404" }); });
+    assert.match(await page.textContent("#message"), /not there any more/, "a tile's address is said in its place");
+    await page.close();
+  }
 }

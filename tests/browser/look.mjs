@@ -6,8 +6,8 @@ import { readFileSync } from "node:fs";
 import { parseArgs } from "node:util";
 
 import { kTerrainAlone, open_dataset, with_browser } from "./browser.mjs";
-import { kSmall, try_bad_upload, try_cancel, try_draft, try_imagery, try_keys, try_link, try_link_of_controls, try_looks, try_phone, try_pointer, try_profile, try_sample, try_snippets, try_upload } from "./controls.mjs";
-import { try_asleep, try_choice, try_lazy, try_new_version } from "./following.mjs";
+import { kSmall, try_bad_upload, try_cancel, try_draft, try_folder, try_imagery, try_keys, try_link, try_link_of_controls, try_looks, try_phone, try_pointer, try_profile, try_sample, try_snippets, try_upload } from "./controls.mjs";
+import { try_asleep, try_choice, try_deleted, try_lazy, try_new_version } from "./following.mjs";
 import { try_live } from "./live.mjs";
 import { try_failed_uploads, try_folding, try_low_window } from "./panel.mjs";
 import { try_relief, try_relief_of_folder } from "./relief.mjs";
@@ -135,6 +135,7 @@ async function use_controls(browser) {
   await check("upload: a GeoTIFF given to the page is shown", async () => { uploading = await try_upload(browser, given.url, given.raster); });
   await check_if(all, "upload: options, with an estimate first, and two rasters as one dataset", () => try_draft(uploading, given.url, given.raster));
   await check("upload: what is no raster is answered with what would be", () => try_bad_upload(uploading, given.bad));
+  await check("upload: a folder cannot be read, and that is said", () => try_folder(uploading));
   await check("upload: a build that was begun on the page is cancelled there", () => try_cancel(uploading, given.url, given.fine));
 }
 
@@ -145,6 +146,7 @@ await with_browser(given.chromium, async (browser) => {
   await check("choice: it stays when the build of another one is done", () => still_chosen());
   await check("lazy: says how much is made, and sharpens where somebody looks", () => try_lazy(browser, given["lazy-url"], given.lazy));
   await check("asleep: is woken by whoever opens it", () => try_asleep(browser, given.url, given.terrain));
+  await check("deleted: is said of the dataset that is shown", () => try_deleted(browser, given.url, given.raster));
   await check("relief: shaded from normal maps, as the service's picture is", () => try_relief(browser, given.url, given.terrain));
   await check_if(all, "relief: a folder of finished tiles has the picture", () => try_relief_of_folder(browser, given.url, given.folder));
   await look_at_terrain(browser);
