@@ -1,6 +1,6 @@
 // What is to be posted, before it is: files, options, and what a build would make of them (a dry run).
 import { ask } from "./token.js";
-import { post_address, post_body, words_of } from "./upload.js";
+import { post_address, post_body, unreadable, words_of } from "./upload.js";
 
 const kOptions = ["error", "crs", "vertical_datum", "nodata", "voids", "imagery"];  // fields of the page, named for the service's options
 const element = (id) => document.getElementById(id);
@@ -49,7 +49,8 @@ export class Draft {
     let asked = this.files, answer = await this.dry_run(asked);
     if (answer?.parameter === "dry_run") answer = await this.dry_run(asked = asked.slice(0, 1));  // it looks at one raster
     if (turn !== this.turn) return undefined;  // another question was asked meanwhile
-    if (!answer?.manifest) return this.show(answer ? words_of(answer, answer.status) : "The service does not answer.", "problem");
+    if (!answer) return this.show((await unreadable(asked)) ?? "The service does not answer.", "problem");
+    if (!answer.manifest) return this.show(words_of(answer, answer.status), "problem");
     this.fill(answer.manifest);
     return this.show((asked.length < this.files.length ? `Of ${asked[0].name} alone: ` : "") + estimate_text(answer));
   }

@@ -57,10 +57,10 @@ export function watch_build(id, on) {
 }
 
 // A browser tells of what it cannot read as if no server answered. Undefined: it can read all of them.
-async function unreadable(files) {
+export async function unreadable(files) {
   for (const file of files) {
     const read = await file.slice(0, 1).arrayBuffer().then(() => true, () => false);
-    if (!read) return `${file.name} cannot be read: it is a folder, or has changed since it was chosen. Drop the files in it, or a .zip of them`;
+    if (!read) return `${file.name} cannot be read: it is a folder, or has changed since it was chosen. Drop the files in it`;
   }
 }
 

@@ -102,8 +102,13 @@ export async function try_bad_upload(page, file) {
 // A folder that is dropped is a file that no browser can read.
 export async function try_folder(page) {
   const session = await page.context().newCDPSession(page), data = { items: [], files: [dirname(fileURLToPath(import.meta.url))], dragOperationsMask: 1 };
-  for (const type of ["dragEnter", "dragOver", "drop"]) await session.send("Input.dispatchDragEvent", { type, x: 100, y: 80, data });
+  const drop = async () => { for (const type of ["dragEnter", "dragOver", "drop"]) await session.send("Input.dispatchDragEvent", { type, x: 100, y: 80, data }); };
+  await drop();
   await page.waitForFunction(() => /cannot be read: it is a folder/.test(document.getElementById("message").textContent));
+  await page.evaluate(() => { document.getElementById("options").open = true; });
+  await drop();
+  await page.waitForFunction(() => /cannot be read: it is a folder/.test(document.getElementById("estimate").textContent));
+  await page.evaluate(() => { document.getElementById("drop-draft").click(); document.getElementById("options").open = false; });
 }
 
 // A build that was begun on the page can be cancelled there: the service forgets it.
