@@ -128,8 +128,11 @@ void JobQueue::end_turn(const Dataset& dataset, const proto::SourceChange& chang
   if (!noted) throw RegistryError(noted.problem().detail);  // tried again: what is done is seen to be done
   ledger_.tidy(id, keep_versions_);
   metrics_.versions.add(1, {outcome ? "published" : "failed"});
-  log_info("dataset " + id + ": version " + std::to_string(change.number()) +
-           (outcome ? " is served" : " failed: " + outcome.problem().line()));
+  const std::string version = "dataset " + id + ": version " + std::to_string(change.number());
+  if (outcome)
+    log_info(version + " is served");
+  else
+    log_warning(version + " failed: " + outcome.problem().line());
   hub_.ended(id);
 }
 

@@ -215,6 +215,7 @@ void LiveFolder::remove_gone(const Files& now) {
 void LiveFolder::take(const std::string& path, const Print& print) {
   const auto found = known_.find(path);
   if (found != known_.end() && found->second.print == print) return;
+  if (::access((folder_ / path).c_str(), R_OK) != 0) return warn(path, path + " may not be read by this service; tried again");
   const Row dataset =
       found != known_.end() && !found->second.dataset.empty() ? service_.registry().find(found->second.dataset) : nullptr;
   const bool is_change = dataset && dataset->state != State::failed;

@@ -107,6 +107,19 @@ TEST_F(LiveFolder, WhatCannotBeBuiltIsToldAndTriedAgainWhenItChanges) {
   EXPECT_THAT(server_.log(), HasSubstr("bad.tif"));
   put("bad.tif", 1);  // an ASCII grid by another name
   ASSERT_TRUE(becomes({"bad ready"}));
+  std::ofstream(live_ / "bad.tif") << "no TIFF again";
+  EXPECT_TRUE(is_logged("warning dataset bad: version 2 failed: bad.tif")) << server_.log();
+  EXPECT_EQ(listed(), std::vector<std::string>{"bad ready"}) << "the version before is served";
+}
+
+TEST_F(LiveFolder, AFileThatMayNotBeReadIsToldAndTriedAgain) {
+  if (geteuid() == 0) GTEST_SKIP() << "root may read every file";
+  put("one.asc", 1);
+  fs::permissions(live_ / "one.asc", fs::perms::none);
+  start();
+  EXPECT_TRUE(is_logged("live folder: one.asc may not be read by this service; tried again")) << server_.log();
+  fs::permissions(live_ / "one.asc", fs::perms::owner_all);
+  EXPECT_TRUE(becomes({"one ready"}));
 }
 
 TEST_F(LiveFolder, WhatLiesBesideARasterIsReadWithIt) {
