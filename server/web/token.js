@@ -14,20 +14,15 @@ export function show_token_to(request) {
   for (const [name, value] of Object.entries(headers())) request.setRequestHeader(name, value);
 }
 
-// Server-sent events, by name: on[name](data). Gives a function that ends them. An EventSource cannot show a token, so with one the stream is
-// read here.
+// Server-sent events, by name: on[name](data). Gives a function that ends them. The stream is read here: an EventSource cannot show a token, and
+// gives up for good where a proxy answers for a service that starts anew.
 export function listen(url, on) {
-  if (!token()) {
-    const events = new EventSource(url);
-    for (const [name, hear] of Object.entries(on)) events.addEventListener(name, ({ data }) => hear(data));
-    return () => events.close();
-  }
   const stop = new AbortController();
   follow(url, on, stop.signal);
   return () => stop.abort();
 }
 
-// As an EventSource does: a stream that breaks off is asked for again, a refusal ends it.
+// A stream that breaks off is asked for again, also where nobody answers for a while. A refusal ends it.
 async function follow(url, on, signal) {
   for (let open = true; open && !signal.aborted;) {
     open = await read_events(url, on, signal).catch(() => true);
@@ -35,10 +30,10 @@ async function follow(url, on, signal) {
   }
 }
 
-// Whether the address has events.
+// Whether the address has events, now or later.
 async function read_events(url, on, signal) {
   const response = await ask(url, { signal });
-  if (!response.ok) return false;
+  if (!response.ok) return response.status === 429 || response.status >= 500;
   const reader = response.body.pipeThrough(new TextDecoderStream()).getReader();
   let text = "";
   for (let { done, value } = await reader.read(); !done; { done, value } = await reader.read()) {

@@ -49,6 +49,21 @@ export async function try_lazy(browser, url, id) {
   await page.close();
 }
 
+// A proxy answers for the service while it starts anew: the page listens again, and sharpens where others look.
+export async function try_interrupted(browser, url, id) {
+  const { page, complaints } = await open_page(browser, url, kTiny), at = `${url}/v1/datasets/${id}`;
+  await page.route(`${at}/events`, (route) => route.fulfill({ status: 502, body: "Bad Gateway" }), { times: 1 });
+  await page.goto(`${url}/?dataset=${id}`);
+  await shows(page, id);
+  const tiles = await page.evaluate(() => window.cordillera.manifest.tiles);
+  const { bounds: [west, south], done_blocks: { level } } = await (await fetch(`${at}/manifest.json`)).json(), side = 180 / 2 ** level;
+  const corner = `${Math.floor((west + 180) / side)}/${Math.floor((south + 90) / side)}`;  // where nobody has looked
+  assert.equal((await fetch(`${at}/tiles/${level}/${corner}.drc`, { headers: { Prefer: "wait" } })).status, 200);
+  await page.waitForFunction((before) => window.cordillera.manifest.tiles > before, tiles);
+  assert.ok(complaints.some((one) => one.endsWith("/events: 502")), "no proxy has answered (control)");
+  await page.close();
+}
+
 // One that is asleep is read, which wakes it, and waited for. The service's answers for that are put in the place of those of one that is ready.
 export async function try_asleep(browser, url, id) {
   const page = await browser.newPage(kTiny), at = `${url}/v1/datasets/${id}`, once = { times: 1 };

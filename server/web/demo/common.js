@@ -47,16 +47,33 @@ async function picture_of(url) {
   return URL.createObjectURL(await response.blob());
 }
 
-// Server-sent events, read with the token: hear(name, data), until the server ends them.
+// Server-sent events, read with the token: hear(name, data), until the build is over. A stream that breaks off is asked for again, as where the
+// service starts anew. A refusal ends it.
+const kAgain_ms = 3000;
 async function listen(hear) {
-  const { body } = await fetch(`${dataset}/events`, { headers });
-  const reader = body.pipeThrough(new TextDecoderStream()).getReader();
+  let open = true;
+  const hear_one = (name, data) => {
+    open = !["ready", "failed"].includes(name);
+    hear(name, data);
+  };
+  while (open) {
+    const has_events = await read_events(hear_one).catch(() => true);
+    if (!has_events) return;
+    if (open) await new Promise((then) => setTimeout(then, kAgain_ms));
+  }
+}
+
+async function read_events(hear) {
+  const response = await fetch(`${dataset}/events`, { headers });
+  if (!response.ok) return response.status === 429 || response.status >= 500;
+  const reader = response.body.pipeThrough(new TextDecoderStream()).getReader();
   let text = "";
   for (let { done, value } = await reader.read(); !done; { done, value } = await reader.read()) {
     const events = (text + value).split("\n\n");
     text = events.pop();
     for (const event of events) hear(/^event: (.*)$/m.exec(event)?.[1], JSON.parse(/^data: (.*)$/m.exec(event)?.[1] ?? "{}"));
   }
+  return true;
 }
 
 let manifest = null, formats = [];  // formats: what the dataset has; all of them, but for folders and archives of finished tiles

@@ -157,13 +157,14 @@ export async function try_following_pages({ browser, url, id, job, modules }) {
 // the places that lie at these shares of its width.
 const kLooks = [0.2, 0.8];
 export async function try_lazy_page({ browser, url, id, modules }) {
-  let hear;
+  let hear, asked = 0;
   const heard = new Promise((then) => { hear = then; });
+  const answer = (route) => (asked++ === 0 ? route.fulfill({ contentType: "text/event-stream", body: "" }) : route.continue());  // the first breaks off
   const opened = await open_client(browser, `${url}/v1/datasets/${id}/demo/leaflet.html`, [url, kLibraryHost], {
     started: () => document.body.dataset.tiles,
     prepare: async (page) => {
       await serve_libraries(page, modules);
-      await page.route("**/events", (route) => heard.then(() => route.continue()));
+      await page.route("**/events", (route) => heard.then(() => answer(route)));
     } });
   assert.match(await opened.page.textContent("#message"), /made where you look/, "before the first event, too");
   hear();
