@@ -157,8 +157,11 @@ proto::Result<void> check_address(const ServeSettings& settings, const std::stri
   if (settings.source_allow.empty())
     return forbidden("this service fetches no rasters; cordillera serve --source-allow says from where one may");
   const bool known = address.starts_with("https://") || address.starts_with("http://") || is_object(address);
-  if (!known || is_crooked(address) || !has_prefix(settings, address))
-    return forbidden("the operator does not allow fetching from " + proto::shown_text(without_query(address), kMostOfAddress));
+  const std::string shown = proto::shown_text(without_query(address), kMostOfAddress);
+  if (!known || !has_prefix(settings, address)) return forbidden("the operator does not allow fetching from " + shown);
+  if (is_crooked(address))
+    return forbidden(shown +
+                     " is not fetched as it is written: a blank is %20 and an @ is %40, and a path has no \\, .., %2E or %2F");
   return {};
 }
 

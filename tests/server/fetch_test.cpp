@@ -52,6 +52,14 @@ TEST(Fetch, WhatOnlyLooksLikeItIsAllowed) {
   }
 }
 
+TEST(Fetch, WhatHasToBeEscapedIsSaid) {
+  for (const char* address : {"https://host/tiles/a b.tif", "https://host/tiles/me@home/a.tif", "s3://bucket/tiles/a b.tif"})
+    EXPECT_NE(check_address(allowing(), address).problem().detail.find("a blank is %20 and an @ is %40"), std::string::npos)
+        << address;
+  EXPECT_EQ(check_address(allowing(), "https://other/a b.tif").problem().detail,
+            "the operator does not allow fetching from https://other/a b.tif");
+}
+
 TEST(Fetch, ARefusalKeepsTheSignature) {
   EXPECT_EQ(check_address(allowing(), "https://other/a.tif?sig=SECRET").problem().line().find("SECRET"), std::string::npos);
   EXPECT_EQ(without_query("https://host/a.tif?sig=SECRET"), "https://host/a.tif");
