@@ -56,8 +56,13 @@ export class Looks {
     if (turn !== this.turn) return null;  // another look was chosen meanwhile
     this.paint(look);
     if (about) this.put_below(picture(about));
-    if (look === "imagery" && imagery) this.put_below(new ImageryLayer(new UrlTemplateImageryProvider({ url: imagery })));
+    if (look === "imagery" && imagery) this.put_below(new ImageryLayer(new UrlTemplateImageryProvider({ url: this.is_own(imagery) ? asked_by_cesium(imagery) : imagery })));
     return about;
+  }
+
+  // Pictures of the dataset itself, which may be private. Nobody else's are asked for with the token.
+  is_own(url) {
+    return new URL(url, document.baseURI).href.startsWith(new URL(`${this.base}/`, document.baseURI).href);
   }
 
   // With normal maps the relief is shaded here, over colours that have no light; without, it is the service's picture.

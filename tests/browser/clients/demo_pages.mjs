@@ -74,6 +74,23 @@ export async function try_private_page({ browser, url, id, token, modules }) {
   return "shown with the token, unknown without";
 }
 
+// A private dataset that names pictures: in the viewer those of its own are asked for with the token, and those of another without.
+export async function try_private_imagery({ browser, url, id, other, token }) {
+  const headers = { Authorization: `Bearer ${token}` }, of = (dataset) => `${url}/v1/datasets/${dataset}/slope/{z}/{x}/{y}.png`;
+  for (const [imagery, shown_token] of [[of(id), headers.Authorization], [of(other), undefined]]) {
+    assert.equal((await fetch(`${url}/v1/datasets/${id}?imagery=${encodeURIComponent(imagery)}`, { method: "PATCH", headers })).status, 200);
+    const page = await browser.newPage({ viewport: { width: 320, height: 240 } });
+    await page.addInitScript((mine) => sessionStorage.setItem("cordillera-token", mine), token);
+    const picture = page.waitForResponse((response) => response.url().startsWith(imagery.split("{")[0]));
+    await page.goto(`${url}/?dataset=${id}`);
+    const response = await picture;
+    assert.ok(response.status() < 300, `${response.url()}: ${response.status()}`);
+    assert.equal(response.request().headers().authorization, shown_token);
+    await page.close();
+  }
+  return "its own pictures are shown the token, others' are not";
+}
+
 // A private dataset that names pictures: they lie on it in place of its relief, and whoever has them is shown no token.
 const kWithImagery = ["leaflet", "openlayers", "maplibre", "threejs", "deckgl", "cesium"];
 export async function try_imagery_pages({ browser, url, id, other, token, modules }) {
