@@ -252,6 +252,7 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pa
   Json json;
   json["id"] = dataset.id;
   json["name"] = dataset.name;
+  json["title"] = dataset.options.title();
   json["state"] = to_string(dataset.state);
   json["created"] = dataset.created;
   json["private"] = dataset.is_private;
@@ -279,6 +280,7 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pa
   const auto summary = service.library().summary(dataset.id);
   if (summary) {
     const proto::Manifest& manifest = (*summary)->manifest;
+    json["title"] = manifest.title();
     json["manifest"] = summary_json(manifest);
     json["notes"] = std::vector<std::string>(manifest.notes().begin(), manifest.notes().end());
     json["version"] = (*summary)->version;

@@ -45,7 +45,7 @@ bool is_wanted(Library& library, const Dataset& dataset, const ListQuery& query)
   if (!query.box && query.text.empty()) return true;
   const bool named = query.text.empty() || contains(dataset.id, query.text) || contains(dataset.name, query.text);
   if (named && !query.box) return true;
-  if (dataset.state != State::ready) return false;
+  if (dataset.state != State::ready) return !query.box && contains(dataset.options.title(), query.text);
   const auto summary = library.summary(dataset.id);
   if (!summary) return named && !query.box;
   const proto::Manifest& manifest = (*summary)->manifest;

@@ -141,6 +141,26 @@ TEST(DatasetList, StateAndPlaceAndText) {
   EXPECT_EQ(body_of(asked(test, {{"q", "fiji"}}))["datasets"][0]["manifest"]["title"], "Fiji");
 }
 
+TEST(DatasetList, AnUnfinishedOneHasItsTitleToo) {
+  TestService test;
+  Dataset lazy;
+  lazy.id = lazy.name = "n46e008";
+  lazy.state = State::running;
+  lazy.created = "2026-01-01T00:00:00Z";
+  lazy.options.set_title("Glarus");
+  ASSERT_TRUE(test.service().registry().add(lazy));
+  add_ready(test, "alps", {{6, 45, 11, 47}}, "The Alps");
+  const auto titles = [&](const Given& query) {
+    std::vector<std::string> all;
+    const Json body = body_of(asked(test, query));
+    for (const Json& dataset : body["datasets"]) all.push_back(dataset["title"]);
+    return all;
+  };
+  EXPECT_THAT(titles({}), ElementsAre("The Alps", "Glarus"));
+  EXPECT_THAT(titles({{"q", "glarus"}}), ElementsAre("Glarus"));
+  EXPECT_THAT(titles({{"q", "glarus"}, {"bbox", "-180,-90,180,90"}}), IsEmpty()) << "nobody knows yet where it is";
+}
+
 TEST(DatasetList, WhatIsWrongIsNamed) {
   TestService test;
   const std::vector<std::array<std::string, 3>> rows = {

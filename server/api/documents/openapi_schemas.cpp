@@ -42,6 +42,7 @@ Json dataset() {
   Json properties;
   properties["id"] = text("part of its address");
   properties["name"] = text("what the raster was called");
+  properties["title"] = text("what people call it; empty: nobody has said");
   properties["state"] = {{"type", "string"}, {"enum", states}};
   properties["created"] = {{"type", "string"}, {"format", "date-time"}};
   properties["private"] = {{"type", "boolean"}, {"description", "read with a token only"}};
