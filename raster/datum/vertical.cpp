@@ -136,6 +136,13 @@ std::vector<fs::path> geoid_places() {
   return places;
 }
 
+std::optional<HeightAxis> asked_axis(const std::string& requested, Trust trust) {
+  if (requested.empty() || names_ellipsoid(requested) || known(requested) || !grid_file(requested, trust).empty())
+    return std::nullopt;
+  const auto crs = find_vertical_crs(requested);
+  return crs ? std::optional(axis_of(*crs)) : std::nullopt;
+}
+
 proto::Result<VerticalDatum> resolve_vertical(const VerticalAsked& asked, Trust trust, const Area& area) {
   const std::string& name = asked.requested.empty() ? asked.declared : asked.requested;
   const std::string from = asked.requested.empty() ? "source" : "request";

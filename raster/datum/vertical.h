@@ -2,11 +2,13 @@
 // Which surface the source's heights count from, and the geoid that takes them to the ellipsoid.
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "proto/result.h"
 #include "raster/datum/geoid.h"
+#include "raster/datum/vertical_crs.h"
 #include "raster/source.h"
 
 namespace cordillera::raster {
@@ -30,6 +32,10 @@ struct VerticalAsked {
   std::string compound_wkt{};  ///< the CRS that declares it
   std::string base_wkt{};      ///< the horizontal CRS
 };
+
+/// Unit and direction of heights that vertical_datum= asks for: those of the height system that it names, such as EPSG:6360 (US
+/// survey feet) or EPSG:5715 (depths). Nullopt: it names none, but a geoid or the ellipsoid, and says nothing of either.
+std::optional<HeightAxis> asked_axis(const std::string& requested, Trust trust);
 
 /// What is declared and PROJ cannot take to the ellipsoid by any means counts as not declared. A grid that is only not installed
 /// is a problem.

@@ -77,15 +77,18 @@ std::optional<std::pair<std::string, std::string>> code_of(const std::string& te
   return std::pair{text.substr(0, colon), text.substr(colon + 1)};
 }
 
-/// Metres above the system's zero, of the axis value 1: units may be feet, and depths count downwards.
-double metres_of_axis(PJ_CONTEXT* context, const PJ* vertical) {
+struct Axis {
+  double metres = 1;  ///< above the system's zero, of the value 1: units may be feet, and depths count downwards
+  std::string unit;
+};
+
+Axis vertical_axis(PJ_CONTEXT* context, const PJ* vertical) {
   const Object axes(proj_crs_get_coordinate_system(context, vertical));
-  const char* direction = nullptr;
+  const char *direction = nullptr, *unit = nullptr;
   double factor = 1;
-  if (!axes ||
-      proj_cs_get_axis_info(context, axes.get(), 0, nullptr, nullptr, &direction, &factor, nullptr, nullptr, nullptr) == 0)
-    return 1;
-  return direction != nullptr && proto::lower(direction) == "down" ? -factor : factor;
+  if (!axes || proj_cs_get_axis_info(context, axes.get(), 0, nullptr, nullptr, &direction, &factor, &unit, nullptr, nullptr) == 0)
+    return {};
+  return {direction != nullptr && proto::lower(direction) == "down" ? -factor : factor, unit == nullptr ? "" : unit};
 }
 
 /// The operation takes longitude, latitude and height above WGS 84 to the base CRS and the height system. Where the ellipsoid's
@@ -236,6 +239,14 @@ bool is_mean_sea_level(const VerticalCrs& crs) {
   return proto::lower(crs.name).starts_with("msl height") || proto::lower(crs.name).starts_with("msl depth");
 }
 
+HeightAxis axis_of(const VerticalCrs& crs) {
+  const ProjContext context = make_proj_context();
+  const Object vertical(proj_create(context.get(), crs.definition.c_str()));
+  if (!vertical) return {};
+  const Axis axis = vertical_axis(context.get(), vertical.get());
+  return {axis.unit, axis.metres < 0};
+}
+
 std::optional<VerticalCrs> find_vertical_crs(const std::string& text) {
   const ProjContext context = make_proj_context();
   if (const auto code = code_of(text)) {
@@ -313,8 +324,8 @@ proto::Result<std::optional<VerticalTransformation>> open_vertical_crs(const Ver
       }
       Object degrees(proj_normalize_for_visualization(context.get(), way.get()));
       if (!degrees) continue;
-      auto geoid =
-          std::make_unique<OperationGeoid>(make_proj_context(), degrees.get(), metres_of_axis(context.get(), vertical.get()));
+      auto geoid = std::make_unique<OperationGeoid>(make_proj_context(), degrees.get(),
+                                                    vertical_axis(context.get(), vertical.get()).metres);
       if (!covers(*geoid, area)) return geoid_does_not_cover(grids.names.empty() ? crs.name : grids.names, area);
       return std::optional(VerticalTransformation{std::move(geoid), grids.names});
     }

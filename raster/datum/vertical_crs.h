@@ -22,6 +22,13 @@ struct VerticalCrs {
 /// is theirs.
 bool is_mean_sea_level(const VerticalCrs& crs);
 
+/// What a value of 1 along its axis is.
+struct HeightAxis {
+  std::string unit;  ///< as PROJ calls it
+  bool depth = false;
+};
+HeightAxis axis_of(const VerticalCrs& crs);
+
 /// The system that a text names: a code such as EPSG:5703 or 5703, or a name such as NAVD88 or "DHHN2016 height", without regard
 /// to case, blanks and signs. Of a compound code, such as EPSG:25832+7837, the second. Nullopt when PROJ knows none of that name,
 /// or several and none better than the others. Never a file.

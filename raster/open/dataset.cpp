@@ -13,6 +13,7 @@
 #include "raster/gdal/formats.h"
 #include "raster/gdal/gdal_scope.h"
 #include "raster/open/at_hand.h"
+#include "raster/open/netcdf_axes.h"
 #include "raster/open/text_grid.h"
 #include "raster/open/whole_file.h"
 #include "raster/storage/ranged_file.h"
@@ -79,32 +80,6 @@ proto::Result<void> check_size(const Dataset& dataset, const std::string& path) 
     return Problem{"raster-too-large", claim + " in " + std::to_string(bytes) + " bytes of points",
                    "points that fill more of the box around them", ""};
   return {};
-}
-
-/// Of NetCDF GDAL takes the last dimension of a variable for columns, whatever it is: longitudes down the rows would put the
-/// raster elsewhere on the earth, and without a word.
-proto::Result<void> check_axes(const Dataset& dataset) {
-  std::error_code error;
-  if (dataset.driver != "netCDF" || !fs::is_regular_file(dataset.path, error)) return {};
-  const char* const variable = dataset.handle->GetRasterBand(1)->GetMetadataItem("NETCDF_VARNAME");
-  const char* const only[] = {"netCDF", nullptr};
-  const GDALDatasetUniquePtr whole(
-      GDALDataset::Open(dataset.path.c_str(), GDAL_OF_MULTIDIM_RASTER | GDAL_OF_READONLY, only, nullptr, nullptr));
-  const auto root = whole && variable != nullptr ? whole->GetRootGroup() : nullptr;
-  const auto array = root ? root->OpenMDArray(variable) : nullptr;
-  if (!array || array->GetDimensionCount() < 2) return {};
-  const auto& dimensions = array->GetDimensions();
-  const std::size_t last = dimensions.size() - 1;
-  if (dimensions[last]->GetType() != GDAL_DIM_TYPE_HORIZONTAL_Y || dimensions[last - 1]->GetType() != GDAL_DIM_TYPE_HORIZONTAL_X)
-    return {};
-  std::string order;
-  for (std::size_t k = 0; k < dimensions.size(); ++k)
-    order += std::to_string(k + 1 == last ? last : k == last ? last - 1 : k) + (k == last ? "" : ",");
-  return Problem{"raster-not-georeferenced",
-                 "in " + dataset.name + " the rows of " + proto::shown_text(variable) + " are meridians: it is turned",
-                 "rows of equal latitude: `gdalmdimtranslate in.nc out.nc -array name=" + proto::shown_text(variable) +
-                     ",transpose=[" + order + "]` turns it",
-                 ""};
 }
 
 /// Of a stranger's header: whether it names the file of its heights by itself. Then it can name any.
@@ -203,7 +178,7 @@ proto::Result<void> open_at_hand(Dataset& dataset, const AtHand& raster, const s
   if (auto whole = check_length(dataset); !whole.ok()) return whole;
   if (auto read = read_words(dataset, place); !read.ok()) return read;
   if (auto chosen = choose_raster(dataset, band); !chosen.ok()) return chosen;
-  return check_axes(dataset);
+  return check_netcdf_axes(dataset);
 }
 
 void note_size(Dataset& dataset) {

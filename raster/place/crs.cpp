@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "proto/letters.h"
+#include "proto/numbers.h"
 #include "proto/utf8.h"
 #include "raster/gdal/formats.h"
 #include "raster/gdal/gdal_scope.h"
@@ -38,6 +39,13 @@ std::string known_datum(const OGRSpatialReference& srs) {
   return proto::shown_text(own);
 }
 
+/// A unit by its length.
+std::string metres_text(double metres) {
+  std::string text;
+  proto::append_number(text, metres);
+  return text + " m";
+}
+
 void take_vertical_part(OGRSpatialReference& srs, Crs& crs) {
   if (srs.IsCompound()) {
     crs.declared_datum = known_datum(srs);
@@ -51,6 +59,11 @@ void take_vertical_part(OGRSpatialReference& srs, Crs& crs) {
     srs.StripVertical();
   } else if (srs.GetAxesCount() == 3) {
     crs.declared_datum = "ellipsoid";
+    OGRAxisOrientation orientation = OAO_Up;
+    double metres = 1;
+    srs.GetAxis(nullptr, 2, &orientation, &metres);
+    if (metres > 0 && metres != 1) crs.height_unit = metres_text(metres);
+    crs.depth = orientation == OAO_Down;
     srs.DemoteTo2D(nullptr);
   }
 }

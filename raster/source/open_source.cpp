@@ -19,6 +19,14 @@ using proto::Problem;
 /// Below this, pixels of a planet are a mistake in the georeference (degrees taken for metres).
 constexpr double kSmallestPixel_m = 1e-3;
 
+/// A raster that says nothing of its heights has those of the system asked for, also in their unit and direction.
+void take_axis_asked(const std::string& vertical_datum, Trust trust, Crs& crs) {
+  const auto axis = crs.declared_datum.empty() ? asked_axis(vertical_datum, trust) : std::nullopt;
+  if (!axis) return;
+  crs.height_unit = axis->unit;
+  crs.depth = crs.depth || axis->depth;
+}
+
 proto::Result<HeightUnit> unit_of(const Dataset& dataset, const Crs& crs, bool z_scale_given) {
   const std::string band = dataset.band->GetUnitType();
   const std::string text = band.empty() ? crs.height_unit : band;
@@ -179,6 +187,7 @@ proto::Result<std::unique_ptr<Source>> open_checked(const std::string& path, con
   if (pixels != nullptr) {
     if (auto thinned = put_decimation(parts.dataset, pixels); !thinned.ok()) return thinned.problem();
   }
+  take_axis_asked(options.vertical_datum(), trust, *crs);
   auto unit = unit_of(parts.dataset, *crs, options.has_z_scale());
   if (!unit) return unit.problem();
   auto rule = height_rule(parts.dataset, *crs, *unit, parts.options);

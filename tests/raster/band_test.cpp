@@ -128,7 +128,8 @@ TEST_F(Band, OfNetcdfDegreesWithoutACrsAreThoseOfWgs84) {
 
 /// A NetCDF file of the old kind, of 8 x 6 pixels of 101 m and more at 10 E, 45 N.
 struct OldNetcdf {
-  bool turned = false;  ///< longitudes down the rows
+  bool turned = false;   ///< longitudes down the rows
+  double shift_deg = 0;  ///< of a row in the middle
   std::string longitude_unit = "degrees_east", latitude_unit = "degrees_north", longitude_name = "", latitude_name = "",
               positive = "";
   std::string x = "lon", y = "lat";
@@ -153,7 +154,7 @@ struct OldNetcdf {
     };
     std::string xs, ys, zs;
     for (int c = 0; c < 8; ++c) xs += big(10.005 + 0.01 * c);
-    for (int r = 0; r < 6; ++r) ys += big(44.995 - 0.01 * r);
+    for (int r = 0; r < 6; ++r) ys += big(44.995 - 0.01 * r + (r == 3 ? shift_deg : 0));
     for (int k = 0; k < 48; ++k) zs += big(turned ? 101.0F + static_cast<float>(k / 6) : 101.0F + static_cast<float>(k % 8));
     const auto head = [&](std::uint32_t at) {
       const auto end = [&](int type, const std::string& values) {
@@ -199,6 +200,18 @@ TEST_F(Band, OfNetcdfMeridiansForRowsAreRefused) {
     EXPECT_EQ(turned.problem().accepted,
               "rows of equal latitude: `gdalmdimtranslate in.nc out.nc -array name=z,transpose=[1,0]` turns it");
   }
+}
+
+/// GDAL takes steps of degrees for even up to a tenth of one.
+TEST_F(Band, OfNetcdfUnevenStepsAreRefused) {
+  EXPECT_TRUE(must_open(write_text(OldNetcdf{.shift_deg = 0.0009}.bytes(), "rounded.nc")));
+  const auto uneven = open(write_text(OldNetcdf{.shift_deg = 0.004}.bytes(), "gauss.nc"), plain_options());
+  ASSERT_FALSE(uneven.ok());
+  EXPECT_EQ(uneven.problem().type, "raster-not-georeferenced");
+  EXPECT_EQ(
+      uneven.problem().detail,
+      "in gauss.nc the coordinates lat of z are not evenly spaced: they are up to 0.4 steps from where even steps would put "
+      "them");
 }
 
 TEST_F(Band, OfNetcdfAVariableThatCountsDownwardsHoldsDepths) {

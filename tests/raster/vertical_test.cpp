@@ -205,6 +205,48 @@ TEST_F(HeightSystem, InFeetIsTakenToMetresOnce) {
   expect_height(*source, 1500 * 1200.0 / 3937);
 }
 
+/// Of a raster that says nothing of its heights the request says their unit, too; a unit of its band counts more.
+TEST_F(HeightSystem, AskedForInFeetIsInFeet) {
+  install_grid();
+  proto::BuildOptions options;
+  options.set_vertical_datum("EPSG:6360");
+  Spec dem = colorado("EPSG:6318");
+  const auto source = must_open(write(dem), options);
+  ASSERT_TRUE(source);
+  EXPECT_EQ(source->description().unit(), "US survey foot");
+  expect_height(*source, 1500 * 1200.0 / 3937);
+  dem.unit = "m";
+  expect_height(*must_open(write(dem, "metres.tif"), options), 1500);
+  expect_height(*must_open(write(colorado("EPSG:6318+5703"), "declared.tif"), options), 1500);
+}
+
+TEST_F(Vertical, AskedForAsDepthsCountsDownwards) {
+  for (const auto& [name, sign] : {std::pair{"EPSG:5714", 1}, {"EPSG:5715", -1}}) {
+    proto::BuildOptions options;
+    options.set_vertical_datum(name);
+    const auto source = must_open(write({}), options);
+    ASSERT_TRUE(source);
+    EXPECT_EQ(source->description().scale(), sign) << name;
+  }
+}
+
+/// A CRS of three axes, whose third is in feet.
+TEST_F(Vertical, HeightsAboveTheEllipsoidMayBeInFeet) {
+  const std::string axis = R"(,AXIS["ellipsoidal height",up,ORDER[3],LENGTHUNIT["foot",0.3048]])";
+  const std::string crs = R"(GEOGCRS["WGS 84",DATUM["World Geodetic System 1984",ELLIPSOID["WGS 84",6378137,298.257223563]],)"
+                          R"(CS[ellipsoidal,3],AXIS["latitude",north,ORDER[1],ANGLEUNIT["degree",0.0174532925199433]],)"
+                          R"(AXIS["longitude",east,ORDER[2],ANGLEUNIT["degree",0.0174532925199433]])" +
+                          axis + "]";
+  Spec bare;
+  bare.crs = "";
+  proto::BuildOptions options;
+  options.set_crs(crs);
+  const auto source = must_open(write(bare), options);
+  ASSERT_TRUE(source);
+  EXPECT_EQ(source->description().vertical_datum(), "ellipsoid");
+  EXPECT_NEAR(source->description().scale(), 0.3048, 1e-12);
+}
+
 TEST_F(HeightSystem, IsNamedByTheRequestInManyWays) {
   install_grid();
   const std::string dem = write(colorado("EPSG:6318"));
