@@ -17,7 +17,8 @@ namespace fs = std::filesystem;
 // Beside the first; what was built stays meanwhile. Of a source that cannot be reached: a quarter of an hour.
 constexpr int kTriesOfSource = 2, kTriesToReach = 8;
 constexpr auto kBeforeAnew = std::chrono::milliseconds(200);
-constexpr const char* kNext = "next-";  // before the name of a raster that is not whole, or whose time has not come
+constexpr const char* kStays = "stays";  // of what is served, although something else stands at its address
+constexpr const char* kNext = "next-";   // before the name of a raster that is not whole, or whose time has not come
 
 proto::Problem cannot(const std::string& what) { return {"storage-full", what, "trying again when there is room", ""}; }
 
@@ -113,6 +114,12 @@ std::optional<JobQueue::Next> JobQueue::have_raster(const Dataset& dataset, cons
     anew_.erase(id);
     return std::nullopt;
   }
+  if (fetched.problem().type == kStays) {
+    log_warning("dataset " + id +
+                ": what stands at its address now cannot be built, and what was built stays: " + fetched.problem().detail);
+    hub_.touch(id);
+    return Next::done;
+  }
   if (!is_passing(fetched.problem(), turn.attempt)) return finish(dataset, fetched.problem()), Next::done;
   if (anew) {
     const std::lock_guard lock(mutex_);
@@ -137,6 +144,23 @@ bool JobQueue::fetch_ahead(const std::string& id) {
   const auto fetched = fetch_raster(*dataset, *flag);
   if (!fetched && !*flag) log_info("dataset " + id + ": not fetched ahead of its build: " + fetched.problem().line());
   return fetched.ok();
+}
+
+/// Why what stands at the address of a dataset now is no raster that could be built.
+std::optional<proto::Problem> JobQueue::look_at_next(const Dataset& dataset, const fs::path& file,
+                                                     const std::atomic<bool>& stop) {
+  const fs::path folder = layout_.dataset(dataset.id);
+  proto::Job job = job_of(dataset);
+  job.set_raster(file.filename().string());
+  job.set_dry_run(true);
+  job.set_provisional(false);
+  limit(job, folder);
+  if (!write_job(folder, job)) return std::nullopt;  // its build will say so
+  const auto outcome = runner_(
+      folder, [](const proto::Progress&) {}, stop);
+  std::error_code ignored;
+  fs::remove(folder / kJobFile, ignored);
+  return outcome || stop ? std::nullopt : std::optional(outcome.problem());
 }
 
 /// What was made of the raster before is served until this one has come.
@@ -166,6 +190,11 @@ proto::Result<void> JobQueue::fetch_raster(const Dataset& dataset, const std::at
   {
     const std::lock_guard lock(mutex_);
     as_whole_.erase(dataset.id);
+  }
+  const bool is_whole = !print->ranged && !listed;
+  if (auto refused = is_whole && dataset.state == State::ready ? look_at_next(dataset, next, stop) : std::nullopt) {
+    fs::remove(next, error);
+    return proto::Problem{kStays, refused->detail, refused->accepted, ""};
   }
   // In an order in which a service that is killed finds a build that is done, or one that is to be done, or a raster that is to
   // be fetched.

@@ -148,6 +148,8 @@ class JobQueue {
   void tell_fetching(const std::string& id);
   std::optional<Next> have_raster(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop);
   proto::Result<void> fetch_raster(const Dataset& dataset, const std::atomic<bool>& stop);
+  std::optional<proto::Problem> look_at_next(const Dataset& dataset, const std::filesystem::path& file,
+                                             const std::atomic<bool>& stop);
   bool has_raster(const Dataset& dataset) const;
   std::filesystem::path next_rasters(const std::string& id) const;
   // Of a list of rasters that stands at an address in place of one.

@@ -106,6 +106,19 @@ TEST_F(LiveAddress, WhatChangesIsBuiltAnewAndWhatIsGoneGoes) {
                                                                            << server_.log();
 }
 
+TEST_F(LiveAddress, WhatCannotBeBuiltTakesNothingAway) {
+  start({"--live-fresh", "0"});
+  const std::string cone = query("/dems/cone.asc"), id = id_of(cone);
+  ASSERT_TRUE(eventually([&] { return status(id)["state"] == "ready"; })) << server_.log();
+  host_.has_tagged("/dems/cone.asc", "<html>closed for today</html>", "\"page\"");
+  ASSERT_TRUE(eventually([&] { return top(cone) > 0 && server_.log().find("what was built stays") != std::string::npos; }))
+      << server_.log();
+  EXPECT_EQ(status(id)["state"], "ready");
+  EXPECT_NEAR(top(cone), 2000, 60);
+  host_.has_tagged("/dems/cone.asc", cone_of(3000), "\"two\"");
+  EXPECT_TRUE(eventually([&] { return std::abs(top(cone) - 3000) < 60; })) << server_.log();
+}
+
 TEST_F(LiveAddress, ACopyThatIsSlowKeepsNoOtherBuildWaiting) {
   host_.hangs("/dems/slow.asc");
   start({"--jobs", "1"});
