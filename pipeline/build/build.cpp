@@ -1,13 +1,13 @@
 #include "pipeline/build/build.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
 #include <future>
 #include <memory>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "pipeline/build/blank_manifest.h"
 #include "pipeline/build/builder.h"
@@ -20,6 +20,7 @@
 #include "pipeline/store/content_hash.h"
 #include "pipeline/store/mesh_files.h"
 #include "pipeline/store/store.h"
+#include "proto/ellipsoid.h"
 #include "proto/mesh.h"
 #include "proto/version.h"
 #include "raster/open/raster_state.h"
@@ -37,13 +38,20 @@ struct HeightsSeen {
   bool within = false;                           ///< a height within the limit
   std::optional<std::pair<double, double>> far;  ///< the least and the greatest of those beyond it, in metres
   int own_level = -1;                            ///< the first level as fine as the raster; negative: unknown
+  double latitude_deg = 0;                       ///< of its middle
 };
+
+/// Places in a row and rows that are looked at: all pixels of a small raster, some of a large one.
+std::size_t places_across(const proto::Source& source) {
+  constexpr std::size_t kSome = 64, kSmall = 256;
+  const std::size_t pixels = std::max(source.columns(), source.rows());
+  return pixels <= kSmall ? std::max(kSome, 2 * pixels) : kSome;
+}
 
 /// At places spread over one raster, until a height within the limit is found. A reader takes what is out of range for a void. So
 /// the raster is read once more at a scale where every height is within it.
 HeightsSeen heights_seen(const BuildRequest& request) {
   constexpr double kScale = 1e-26;  // 1e30 is the greatest value that is no void
-  constexpr int kAcross = 64;
   HeightsSeen seen;
   if (!request.members.empty()) return seen;
   proto::BuildOptions options = request.options;
@@ -55,11 +63,13 @@ HeightsSeen heights_seen(const BuildRequest& request) {
   if (const auto levels = level_range((*source)->description(), options); levels.ok()) seen.own_level = levels->first;
   const auto& bbox = (*source)->description().bbox();
   const double width_deg = bbox[2] - bbox[0] + (bbox[0] > bbox[2] ? 360 : 0);  // over the antimeridian
-  for (int row = 0; row < kAcross; ++row) {  // a row at a time: what is read at once stays small
-    std::array<double, kAcross> longitude_deg{}, latitude_deg{}, height{};
-    latitude_deg.fill(bbox[1] + (bbox[3] - bbox[1]) * (row + 0.5) / kAcross);
-    for (std::size_t k = 0; k < kAcross; ++k)
-      longitude_deg[k] = std::remainder(bbox[0] + width_deg * (static_cast<double>(k) + 0.5) / kAcross, 360);
+  seen.latitude_deg = (bbox[1] + bbox[3]) / 2;
+  const std::size_t across = places_across((*source)->description());
+  std::vector<double> longitude_deg(across), latitude_deg(across), height(across);
+  const auto share = [&](std::size_t k) { return (static_cast<double>(k) + 0.5) / static_cast<double>(across); };
+  for (std::size_t k = 0; k < across; ++k) longitude_deg[k] = std::remainder(bbox[0] + width_deg * share(k), 360);
+  for (std::size_t row = 0; row < across; ++row) {  // a row at a time: what is read at once stays small
+    std::fill(latitude_deg.begin(), latitude_deg.end(), bbox[1] + (bbox[3] - bbox[1]) * share(row));
     if (!(*source)->nearest(longitude_deg, latitude_deg, height.data()).ok()) return {};
     for (const double scaled : height) {
       if (std::isnan(scaled)) continue;
@@ -74,13 +84,23 @@ HeightsSeen heights_seen(const BuildRequest& request) {
   return seen;
 }
 
-/// Data between the samples of a level whose cells are as wide as they, or wider.
-proto::Problem between_samples(const BuildRequest& request, int own_level) {
-  const std::string level = std::to_string(request.options.max_level());
-  return {
-      "option-invalid",
-      "the cells of level " + level + " are so wide that no three neighbouring samples lie on the data of " + request.raster_name,
-      "a finer max_level; the first that is as fine as the raster is " + std::to_string(own_level), "max_level"};
+/// Data between the samples of the finest level: it, or the bbox, is narrower than a cell, or the level is coarser than the
+/// raster.
+proto::Problem between_samples(const BuildRequest& request, const HeightsSeen& seen) {
+  const bool asked = request.options.has_max_level(), boxed = request.options.bbox_size() > 0;
+  const int level = asked ? static_cast<int>(request.options.max_level()) : seen.own_level;
+  const proto::Lattice lattice{level};
+  const double row = (seen.latitude_deg + 90) / 180 * static_cast<double>(lattice.rows());
+  const double cell_m = std::round(proto::cell_height_m(lattice, std::llround(row)) * 10) / 10;
+  const std::string detail = "the cells of level " + std::to_string(level) + " are so wide (" + raster::short_number(cell_m) +
+                             " m) that no three neighbouring samples lie on the data of " + request.raster_name +
+                             (boxed ? " inside the bbox" : "");
+  if (level < seen.own_level)
+    return {"option-invalid", detail,
+            "a finer max_level; the first that is as fine as the raster is " + std::to_string(seen.own_level), "max_level"};
+  const std::string wider = boxed ? "a wider bbox" : "wider data";
+  return {"raster-all-nodata", detail, level < proto::kMaxLevel ? "a finer max_level, or " + wider : wider,
+          boxed ? "bbox" : "max_level"};
 }
 
 }  // namespace
@@ -125,8 +145,7 @@ proto::Problem without_data(const BuildRequest& request) {
   const bool boxed = request.options.bbox_size() > 0;
   const std::string where = boxed ? " inside the bbox" : "";
   const HeightsSeen seen = heights_seen(request);
-  if (seen.within && request.options.has_max_level() && static_cast<int>(request.options.max_level()) < seen.own_level)
-    return between_samples(request, seen.own_level);
+  if (seen.within && (request.options.has_max_level() || seen.own_level >= 0)) return between_samples(request, seen);
   if (const auto& far = seen.far; far && !seen.within)
     return {
         "raster-heights-out-of-range",

@@ -239,7 +239,7 @@ TEST_F(BadPosts, RastersThatAreNoHeightsOnEarth) {
       {"dem.tif", good, "&vertical_datum=elsewhere.tif", 422, "geoid-does-not-cover", "elsewhere.tif does not cover"},
       {"dem.tif", good, "&vertical_datum=unheard-of.gtx", 422, "geoid-not-found", "unheard-of.gtx"},
       {"dem.tif", good, "&bbox=20,50,21,51", 422, "bbox-outside-raster", ""},
-      {"dem.tif", good, "&bbox=10.5,44.5,10.5000001,44.5000001", 422, "raster-all-nodata", "dem.tif has no data inside the bbox"},
+      {"dem.tif", good, "&bbox=10.5,44.5,10.5000001,44.5000001", 422, "raster-all-nodata", "the data of dem.tif inside the bbox"},
       {"dem.tif", good, "&min_level=19", 400, "option-invalid", "min_level 19"},
       {"dem.tif", good, "", 201, "", ""},
   };

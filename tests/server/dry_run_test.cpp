@@ -182,6 +182,33 @@ TEST_F(DryRunOfWideCells, NamesTheLevelOverTheAntimeridian) {
   EXPECT_THAT(refused(spec).line(), ::testing::HasSubstr("cells of level 0 are so wide"));
 }
 
+TEST_F(DryRunOfWideCells, NamesTheLevelWhereTheBoxIsNarrower) {
+  refused();
+  request_.options.clear_max_level();
+  for (const double side : {10.05, 44.95, 10.0501, 44.9501}) request_.options.add_bbox(side);
+  const auto estimate = pipeline::estimate(request_);
+  ASSERT_FALSE(estimate.ok());
+  EXPECT_EQ(estimate.problem().type, "raster-all-nodata");
+  EXPECT_EQ(estimate.problem().parameter, "bbox");
+  EXPECT_THAT(estimate.problem().line(),
+              ::testing::ContainsRegex("cells of level 7 are so wide .*lie on the data of dem.tif inside "
+                                       "the bbox; accepted: a finer max_level, or a wider bbox"));
+}
+
+TEST_F(DryRunOfWideCells, NamesTheLevelWhereTheDataIsNarrower) {
+  Spec spec;
+  spec.geotransform = {7, 0.001, 0, 47, 0, -0.001};
+  spec.nodata = -9999;
+  spec.value = [](int column, int row) { return column == 10 && row == 10 ? 100.0 : -9999.0; };
+  refused(spec);
+  request_.options.clear_max_level();
+  const auto estimate = pipeline::estimate(request_);
+  ASSERT_FALSE(estimate.ok());
+  EXPECT_EQ(estimate.problem().parameter, "max_level");
+  EXPECT_THAT(estimate.problem().line(),
+              ::testing::ContainsRegex("cells of level 10 are so wide .*; accepted: a finer max_level, or wider data"));
+}
+
 TEST_F(DryRun, OfRastersFarApartFindsThem) {
   const auto member = [&](double west, const std::string& name) {
     Spec spec;
