@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -84,7 +85,8 @@ Complaint read_numbers(std::string_view text, NumberRange range, std::vector<dou
 
 Complaint read_box(std::string_view text, std::array<double, 4>* out) {
   std::vector<double> box;
-  if (auto complaint = read_numbers(comma_list(proto::trimmed(text)), {-360, 360}, &box)) return complaint;
+  constexpr double kAny = std::numeric_limits<double>::max();  // each is looked at below, by what it is
+  if (auto complaint = read_numbers(comma_list(proto::trimmed(text)), {-kAny, kAny}, &box)) return complaint;
   if (box.size() != 4) return std::to_string(box.size()) + " numbers instead of 4";
   // What other programs take, named in the order that is wanted here: latitude first, or gdal_translate's upper left corner
   // first.

@@ -305,6 +305,12 @@ TEST(Options, BadValuesAreNamedWithWhatIsAccepted) {
   }
 }
 
+TEST(Options, ABoxSaysWhichLongitudesItTakes) {
+  for (const char* box : {"367,46,368,47", "190,46,191,47", "-1000,46,-999,47"})
+    EXPECT_THAT(query({{"bbox", box}}).problem().detail, ::testing::HasSubstr("a longitude is outside -180 to 180")) << box;
+  EXPECT_THAT(query({{"bbox", "7,1000,8,1001"}}).problem().detail, ::testing::HasSubstr("a latitude is beyond a pole"));
+}
+
 TEST(Options, EachHasItsGroupInHelp) {
   for (const OptionSpec& option : all_options())
     EXPECT_NE(group_of(option), "Others") << option.name << " is in no group of option_groups.cpp";
