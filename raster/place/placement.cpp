@@ -143,6 +143,13 @@ bool Placement::transform_to(const Crs& crs, bool exact_only) {
 proto::Result<void> Placement::make_transform(const Dataset& dataset, const Crs& crs) {
   // Ballpark operations ignore the datum: only when PROJ has nothing better.
   if (transform_to(crs, true) || transform_to(crs, false)) return {};
+  double x = columns_ / 2.0, y = rows_ / 2.0;
+  image_to_map(&x, &y, 1);
+  const double latitude_deg = y * degrees_per_unit(crs);
+  if (crs.horizontal.IsGeographic() && std::abs(latitude_deg) > 90)
+    return Problem{"crs-not-transformable",
+                   dataset.name + " lies beyond the pole: its middle is at latitude " + std::to_string(latitude_deg),
+                   "a raster whose latitudes lie within -90 to 90", crs.from == "request" ? "crs" : ""};
   return Problem{"crs-not-transformable",
                  "the CRS of " + dataset.name + ", " + crs.label + ", cannot be taken to WGS 84 at the raster's place",
                  "a CRS that PROJ can transform, and coordinates that lie in it", crs.from == "request" ? "crs" : ""};

@@ -40,6 +40,13 @@ TEST_F(Format, AnHgtKnowsItsPlaceByNameOnly) {
             "hgt-name");
 }
 
+TEST_F(Format, AnHgtBeyondThePoleIsToldSo) {
+  const auto opened = open(write_text(hgt_bytes(), "N90E000.hgt"));
+  ASSERT_FALSE(opened.ok());
+  EXPECT_EQ(opened.problem().type, "crs-not-transformable");
+  EXPECT_EQ(opened.problem().detail, "N90E000.hgt lies beyond the pole: its middle is at latitude 90.500000");
+}
+
 TEST_F(Format, EsriAscii) {
   const std::string file =
       write_text("ncols 3\nnrows 2\nxllcorner 10\nyllcorner 45\ncellsize 0.5\nNODATA_value -9999\n1 2 3\n4 -9999 6\n", "a.asc");
