@@ -243,6 +243,9 @@ bool holds_points(const std::string& text) {
   return begins_with_numbers(first) || begins_with_numbers(second);
 }
 
+/// A raster that is called as a text: a zero byte is in no list.
+bool is_no_text(const std::string& head) { return head.find('\0') != std::string::npos; }
+
 constexpr std::array kTexts{".txt", ".lst"}, kIndices{".gpkg", ".shp"};
 constexpr std::uint64_t kHead_bytes = 4096;
 
@@ -266,7 +269,7 @@ Listed in_file(const ListFile& list, const GdalScope& scope) {
   if (!text && !geojson && extension != ".json") return Sources();
   if (text) {  // before all of it: points may be many
     const auto head = read_range(list.path, 0, kHead_bytes);
-    if (head.ok() && *head && holds_points(std::string(without_mark(**head)))) return Sources();
+    if (head.ok() && *head && (is_no_text(**head) || holds_points(std::string(without_mark(**head))))) return Sources();
   }
   const auto bytes = read_whole(list.path);
   if (!bytes.ok()) return bytes.problem();

@@ -311,6 +311,14 @@ TEST_F(SourceList, a_text_of_points_is_a_raster) {
   }
 }
 
+TEST_F(SourceList, a_raster_that_is_called_as_a_text_is_a_raster) {
+  const std::string file = write(Spec{}, "dem.txt");
+  const auto listed = raster::list_sources(file);
+  ASSERT_TRUE(listed.ok()) << listed.problem().line();
+  ASSERT_EQ(listed->size(), 1u);
+  EXPECT_EQ(listed->front().path, file);
+}
+
 TEST_F(SourceList, stac_items_give_their_data_asset) {
   const std::string items = R"({"type":"FeatureCollection","features":[
     {"type":"Feature","id":"one","assets":{"thumb":{"href":"t.png","type":"image/png"},
