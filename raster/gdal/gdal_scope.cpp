@@ -50,6 +50,8 @@ struct Setting {
 constexpr std::array<Setting, GdalScope::kSettingCount> kSettings{{
     // GeoTIFF 1.0 files name their vertical CRS only on request; without it a declared datum would be lost.
     {"GTIFF_REPORT_COMPD_CS", "YES", false},
+    // NetCDF coordinates whose attributes do not say that they are some: with a CRS that the user names they place the raster.
+    {"GDAL_NETCDF_IGNORE_XY_AXIS_NAME_CHECKS", "YES", false},
     // What PROJ says aside reaches listen() only so: of a compound CRS it tells nowhere else that its tables could not be read.
     {"CPL_DEBUG", "PROJ", false},
     {"GDAL_DISABLE_READDIR_ON_OPEN", "EMPTY_DIR", true},

@@ -23,7 +23,7 @@ class GdalScope {
   /// GDAL's last message, not longer than a line, with the given path replaced by what the user called the file.
   std::string message(const std::string& path, const std::string& name) const;
 
-  static constexpr std::size_t kSettingCount = 5;
+  static constexpr std::size_t kSettingCount = 6;
 
  private:
   std::array<std::string, kSettingCount> before_;  ///< scopes nest: what to put back

@@ -224,6 +224,20 @@ TEST_F(Band, OfNetcdfAVariableThatCountsDownwardsHoldsDepths) {
   }
 }
 
+/// x and y without a word on what they are: the user's CRS places them.
+TEST_F(Band, OfNetcdfCoordinatesThatAreNotDeclaredWaitForACrs) {
+  OldNetcdf bare{.longitude_unit = "", .latitude_unit = ""};
+  bare.x = "x", bare.y = "y";
+  const std::string file = write_text(bare.bytes(), "bare.nc");
+  EXPECT_EQ(problem_type(file), "raster-without-crs");
+  proto::BuildOptions options = plain_options();
+  options.set_crs("EPSG:4326");
+  const auto source = must_open(file, options);
+  ASSERT_TRUE(source);
+  EXPECT_NEAR(source->description().bbox(0), 10, 1e-6);
+  EXPECT_NEAR(source->description().bbox(3), 45, 1e-6);
+}
+
 TEST_F(Band, AsAnOption) {
   const std::string file = bands("GTiff", "dem.tif", {"dsm", "dtm"});
   proto::BuildOptions options = plain_options();
