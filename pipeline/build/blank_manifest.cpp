@@ -1,5 +1,6 @@
 #include "pipeline/build/blank_manifest.h"
 
+#include <cstddef>
 #include <filesystem>
 
 #include "pipeline/build/water_build.h"
@@ -10,6 +11,7 @@
 #include "proto/utf8.h"
 #include "raster/pixels/decimation.h"
 #include "raster/sample/back_projection.h"
+#include "raster/voids/cut_voids.h"
 #include "raster/voids/filled_source.h"
 
 namespace cordillera::pipeline {
@@ -61,6 +63,15 @@ std::optional<raster::ValueLook> look_at_values(raster::Source& source) {
 void note_values(const std::optional<raster::ValueLook>& look, proto::Manifest& manifest) {
   if (!look) return;
   for (const std::string& note : raster::notes_on(*look)) manifest.add_notes(note);
+}
+
+void note_cut_voids(raster::Source& source, const proto::Plan& plan, proto::Manifest& manifest) {
+  const auto& bbox = plan.options().bbox();
+  if (bbox.empty() || raster::fill_limit_cells(plan.options()) == 0) return;
+  const auto cut = raster::cuts_voids(source, lattice_of(plan), {bbox.data(), static_cast<std::size_t>(bbox.size())});
+  if (cut.ok() && *cut)
+    manifest.add_notes(
+        "voids that a side of the bbox cuts stay open, also those that the raster beyond it encloses: a wider bbox fills them");
 }
 
 proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& plan, const proto::Source& source,

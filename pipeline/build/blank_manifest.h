@@ -26,5 +26,7 @@ std::optional<std::string> note_on_voids(const std::vector<raster::MosaicMember>
 std::optional<raster::ValueLook> look_at_values(raster::Source& source);
 /// What a person should know of values that were looked at.
 void note_values(const std::optional<raster::ValueLook>& look, proto::Manifest& manifest);
+/// Of a build with a bbox whose voids are to be filled: whether it cuts some.
+void note_cut_voids(raster::Source& source, const proto::Plan& plan, proto::Manifest& manifest);
 
 }  // namespace cordillera::pipeline

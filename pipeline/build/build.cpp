@@ -201,7 +201,10 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
   const proto::Source& described = request.decimation ? request.decimation->of : (*source)->description();
   proto::Manifest manifest = blank_manifest(request, *plan, described, {shop.workers.threads(), builder.device()});
   manifest.set_provisional(is_provisional(request));
-  if (!is_provisional(request)) note_values(values.get(), manifest);
+  if (!is_provisional(request)) {
+    note_values(values.get(), manifest);
+    note_cut_voids(**source, *plan, manifest);
+  }
   manifest.set_device(builder.device());  // in the manifest alone: tiles are the same bytes wherever they were made
   auto published = (*store)->publish(std::move(manifest));
   if (!published.ok() && published.problem().type == "no-data") return without_data(request);

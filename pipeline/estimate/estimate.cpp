@@ -131,6 +131,7 @@ proto::Result<Estimate> estimate(const BuildRequest& request) {
   estimate.manifest = blank_manifest(request, *plan, (*source)->description(), {threads, builder.device()});
   estimate.values = look_at_values(**source);
   note_values(estimate.values, estimate.manifest);
+  note_cut_voids(**source, *plan, estimate.manifest);
   note_datums(estimate.manifest);
   fill_in(*plan, sums, estimate.manifest);
   estimate.seconds = seconds_for(*sampled, sums, threads, shares);

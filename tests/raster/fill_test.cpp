@@ -5,6 +5,7 @@
 
 #include "proto/mesh.h"
 #include "raster/mosaic/mosaic.h"
+#include "raster/voids/cut_voids.h"
 #include "raster/voids/filled_source.h"
 #include "tests/raster/fixture.h"
 
@@ -218,6 +219,27 @@ TEST_F(Fill, AnEmptyPlaceMayStillBeInsideAVoid) {
   const auto narrow = filled(spec, 100);
   EXPECT_TRUE(narrow->empty(lattice(kLevel), west, south, 50, 50)) << "the void is too large to be filled";
   EXPECT_TRUE(narrow->empty(lattice(kLevel), 10, 10, 50, 50));
+}
+
+/// A box through a void, through one of its ends, beside it, and one that the data end before.
+TEST_F(Fill, ABoxThatCutsAVoidIsSeen) {
+  const std::string file = write(points(120, 120, holed(bumps, 60, 60, 20)));
+  const auto cuts = [&](int west, int south, int east, int north) {
+    proto::BuildOptions options = plain_options();
+    const proto::Lattice l = lattice(kLevel);
+    for (const double side : {l.longitude_deg(kWest + west), l.latitude_deg(kNorth - south), l.longitude_deg(kWest + east),
+                              l.latitude_deg(kNorth - north)})
+      options.add_bbox(side);
+    return raster::cuts_voids(*must_open(file, options), l, {options.bbox().data(), 4}).value();
+  };
+  EXPECT_TRUE(cuts(10, 110, 60, 10)) << "in its eastern side";
+  EXPECT_TRUE(cuts(60, 110, 110, 10)) << "in its western side";
+  EXPECT_TRUE(cuts(60, 60, 110, 10)) << "in a corner";
+  EXPECT_TRUE(cuts(60, 110, 110, 60)) << "in the corner where the way around begins";
+  EXPECT_FALSE(cuts(10, 110, 110, 10)) << "it lies within";
+  EXPECT_FALSE(cuts(90, 110, 110, 10)) << "it lies without";
+  EXPECT_FALSE(cuts(-50, 200, 200, -50)) << "the data end before";
+  EXPECT_FALSE(cuts(55, 65, 65, 55)) << "nothing but the void";
 }
 
 TEST_F(Fill, OptionsSayWhatIsFilled) {

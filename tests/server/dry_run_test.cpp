@@ -152,6 +152,22 @@ TEST_F(DryRun, NotesWhatTheBuildNotesOfValues) {
   EXPECT_EQ(built->notes(0), told[0]);
 }
 
+TEST_F(DryRun, NotesABoxThatCutsAVoid) {
+  Spec spec;
+  spec.columns = spec.rows = 40;
+  spec.nodata = -9999;
+  spec.value = [](int column, int row) { return std::hypot(column - 20, row - 20) < 8 ? -9999.0 : 100.0; };
+  request_.raster_path = write(spec);
+  request_.options = raster_test::plain_options();
+  EXPECT_EQ(guess().notes_size(), 0);
+  for (const double side : {10.0, 44.5, 10.2, 45.0}) request_.options.add_bbox(side);
+  const proto::Manifest told = guess();
+  ASSERT_EQ(told.notes_size(), 1);
+  EXPECT_THAT(told.notes(0), ::testing::HasSubstr("a side of the bbox cuts stay open"));
+  request_.options.set_voids("hole");
+  EXPECT_EQ(guess().notes_size(), 0);
+}
+
 /// A raster of 20 x 20 pixels whose finest level is to be 0, of cells wider than all of it.
 class DryRunOfWideCells : public DryRun {
  protected:
