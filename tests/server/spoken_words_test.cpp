@@ -185,7 +185,7 @@ TEST_F(Program, InfoOfARasterIsADryRun) {
   std::filesystem::create_directory(folder_.path() / "many");
   for (const char* name : {"a.tif", "b.tif"}) std::filesystem::copy_file(raster, folder_.path() / "many" / name);
   EXPECT_THAT(shell(kProgram + " info " + (folder_.path() / "many").string()).output,
-              HasSubstr("source    2 rasters: 960 x 540"));
+              HasSubstr("source    2 rasters: each 960 x 540"));
   std::ofstream(folder_.path() / "bad.tif") << "no raster";
   EXPECT_EQ(shell(kProgram + " info " + (folder_.path() / "bad.tif").string()).code, 1);
 }
