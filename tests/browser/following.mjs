@@ -51,8 +51,12 @@ export async function try_lazy(browser, url, id) {
 
 // A proxy answers for the service while it starts anew: the page listens again, and sharpens where others look.
 export async function try_interrupted(browser, url, id) {
-  const { page, complaints } = await open_page(browser, url, kTiny), at = `${url}/v1/datasets/${id}`;
-  await page.route(`${at}/events`, (route) => route.fulfill({ status: 502, body: "Bad Gateway" }), { times: 1 });
+  const { page } = await open_page(browser, "about:blank", kTiny), at = `${url}/v1/datasets/${id}`;
+  let refused = 0;
+  await page.route(`${at}/events`, (route) => {
+    ++refused;
+    return route.fulfill({ status: 502, body: "Bad Gateway" });
+  }, { times: 1 });
   await page.goto(`${url}/?dataset=${id}`);
   await shows(page, id);
   const tiles = await page.evaluate(() => window.cordillera.manifest.tiles);
@@ -60,7 +64,7 @@ export async function try_interrupted(browser, url, id) {
   const corner = `${Math.floor((west + 180) / side)}/${Math.floor((south + 90) / side)}`;  // where nobody has looked
   assert.equal((await fetch(`${at}/tiles/${level}/${corner}.drc`, { headers: { Prefer: "wait" } })).status, 200);
   await page.waitForFunction((before) => window.cordillera.manifest.tiles > before, tiles);
-  assert.ok(complaints.some((one) => one.endsWith("/events: 502")), "no proxy has answered (control)");
+  assert.equal(refused, 1, "no proxy has answered (control)");
   await page.close();
 }
 
