@@ -42,7 +42,7 @@ double latitude_pixel(int zoom, double latitude_deg) {
 
 std::optional<raster::Area> extent_of(const proto::Manifest& manifest) {
   auto extent = raster::area_of(manifest.bounds());
-  if (!extent) return std::nullopt;
+  if (!extent || is_beyond_mercator(*extent)) return std::nullopt;
   extent->south_deg = std::max(extent->south_deg, -kMercatorEnd_deg);
   extent->north_deg = std::min(extent->north_deg, kMercatorEnd_deg);
   return extent->south_deg < extent->north_deg ? extent : std::nullopt;

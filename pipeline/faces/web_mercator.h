@@ -22,6 +22,10 @@ double longitude_pixel(int zoom, double longitude_deg);
 
 /// What of a dataset the grid can show. None where the data lies beyond the grid's ends.
 std::optional<raster::Area> extent_of(const proto::Manifest& manifest);
+/// Whether none of an area is in Web Mercator.
+inline bool is_beyond_mercator(const raster::Area& area) {
+  return area.south_deg >= kMercatorEnd_deg || area.north_deg <= -kMercatorEnd_deg;
+}
 
 /// Zooms that a dataset has. The last one is the first whose pixels, at the data's middle latitude, are no larger than the finest
 /// cell; the first one is 0 unless coarse levels were not published.

@@ -28,13 +28,14 @@ CPLErr take(double level, int count, double* x, double* y, void* out) {
 
 std::vector<HeightLine> height_lines(const HeightSteps& grid, std::int32_t interval) {
   std::vector<HeightLine> lines;
-  const Generator generator(GDAL_CG_Create(grid.columns, grid.rows, TRUE, kNoHeightHere, interval, 0, take, &lines));
+  Generator generator(GDAL_CG_Create(grid.columns, grid.rows, TRUE, kNoHeightHere, interval, 0, take, &lines));
   if (!generator) throw std::runtime_error("GDAL has no contour generator");
   std::vector<double> row(static_cast<std::size_t>(grid.columns));
   for (std::size_t first = 0; first < grid.height.size(); first += row.size()) {
     std::copy_n(grid.height.begin() + static_cast<std::ptrdiff_t>(first), row.size(), row.begin());
     if (GDAL_CG_FeedLine(generator.get(), row.data()) != CE_None) throw std::runtime_error("GDAL's contour generator failed");
   }
+  generator.reset();  // gives the lines that end at the lower side
   std::stable_sort(lines.begin(), lines.end(), [](const HeightLine& a, const HeightLine& b) { return a.height < b.height; });
   return lines;
 }

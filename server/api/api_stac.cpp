@@ -62,11 +62,12 @@ Response items(Service& service, const Request& request) {
     const auto summary = service.library().summary(row->id);
     if (summary) features.push_back(item_of(service.mounts(), place, *row, (*summary)->manifest));
   }
-  std::string next = page.next ? "after=" + std::to_string(*page.next) : "";
-  for (const auto& [name, value] : request.query) {
-    if (page.next && name != "after") next += "&" + name + "=" + value;  // numbers and commas: they were read
+  std::string self, next = page.next ? "after=" + std::to_string(*page.next) : "";
+  for (const auto& [name, value] : request.query) {  // numbers and commas: they were read
+    self += (self.empty() ? "" : "&") + name + "=" + value;
+    if (page.next && name != "after") next += "&" + name + "=" + value;
   }
-  return document(item_list(place, features, next), "application/geo+json");
+  return document(item_list(place, features, self, next), "application/geo+json");
 }
 
 Response one_item(Service& service, const Request& request, const Route& route) {

@@ -2,6 +2,7 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <functional>
 #include <iostream>
@@ -11,7 +12,9 @@
 #include "pipeline/estimate/estimate.h"
 #include "pipeline/exports/export.h"
 #include "pipeline/exports/whole_file.h"
+#include "pipeline/faces/tilejson.h"
 #include "pipeline/faces/tiles_3d/photo_texture.h"
+#include "pipeline/faces/web_mercator.h"
 #include "raster/disk/file_lock.h"
 #include "raster/place/area.h"
 #include "raster/source.h"
@@ -156,13 +159,30 @@ int build_file(pipeline::BuildRequest request, const BuildLine& line) {
   return manifest ? done(*manifest, line.output, line.words, times) : fail(manifest.problem());
 }
 
-/// An orthophoto of another place is told before hours of work.
-proto::Result<void> check_before(const pipeline::BuildRequest& request, const pipeline::faces::Look& look) {
-  if (!look.photo) return {};
+/// Whether a format is asked for that has nothing but tiles of Web Mercator.
+bool wants_mercator(const BuildLine& line) {
+  using namespace pipeline::faces;
+  const auto is_of_maps = [](const Face* face) {
+    return face != nullptr && std::all_of(face->resources.begin(), face->resources.end(), [](const Resource& resource) {
+             return resource.grid == Grid::none || is_mercator(resource.grid);
+           });
+  };
+  if (line.output.ends_with(".sqlite")) return false;
+  if (!is_export_name(line.output)) return std::any_of(line.formats.begin(), line.formats.end(), is_of_maps);
+  return is_archive_name(line.output) && !line.output.ends_with(".3tz") &&
+         (line.only_format.empty() || is_of_maps(face_named(line.only_format)));
+}
+
+/// What would be refused in the end is told before hours of work: an orthophoto of another place, and maps of the poles.
+proto::Result<void> check_before(const pipeline::BuildRequest& request, const BuildLine& line,
+                                 const pipeline::faces::Look& look) {
+  const bool mercator = wants_mercator(line);
+  if (!look.photo && !mercator) return {};
   const auto source = pipeline::open_source(request);
   if (!source) return source.problem();
   const auto data = raster::area_of((*source)->description().bbox());
-  return data ? pipeline::faces::check_photo(*look.photo, *data) : proto::Result<void>();
+  if (data && mercator && pipeline::faces::is_beyond_mercator(*data)) return pipeline::faces::beyond_mercator();
+  return data && look.photo ? pipeline::faces::check_photo(*look.photo, *data) : proto::Result<void>();
 }
 
 }  // namespace
@@ -187,7 +207,7 @@ int build_command(const Settings& settings, const BuildLine& line) {
   pipeline::BuildRequest request = std::move(*asked);
   request.other = line.other;
   limit_memory(request.options);
-  if (const auto shown = check_before(request, *look); !shown) return fail(shown.problem());
+  if (const auto shown = check_before(request, line, *look); !shown) return fail(shown.problem());
   if (settings.dry_run) return dry_run(request, line.show);
   if (line.output.ends_with(".sqlite")) return build_file(request, line);
   return is_export_name(line.output) ? build_exported(std::move(request), line) : build_folder(std::move(request), line, *look);

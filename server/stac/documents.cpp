@@ -134,11 +134,10 @@ Json item(const ServiceRoot& place, const Dataset& dataset, const proto::Manifes
   return json;
 }
 
-Json item_list(const ServiceRoot& place, const std::vector<Json>& items, const std::string& next) {
-  const std::string here = home_of_collection(place);
+Json item_list(const ServiceRoot& place, const std::vector<Json>& items, const std::string& self, const std::string& next) {
+  const std::string here = home_of_collection(place), own = here + "/items" + (self.empty() ? "" : "?" + self);
   Json json = {{"type", "FeatureCollection"}, {"features", items}, {"numberReturned", items.size()}};
-  json["links"] =
-      Json::array({link("self", here + "/items", kGeoJson), link("root", home(place), kJson), link("collection", here, kJson)});
+  json["links"] = Json::array({link("self", own, kGeoJson), link("root", home(place), kJson), link("collection", here, kJson)});
   if (!next.empty()) json["links"].push_back(link("next", here + "/items?" + next, kGeoJson));
   return json;
 }

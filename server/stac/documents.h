@@ -29,7 +29,7 @@ Json collection(const ServiceRoot& place);
 Json collections(const ServiceRoot& place);
 /// The item of a dataset that is ready.
 Json item(const ServiceRoot& place, const Dataset& dataset, const proto::Manifest& manifest, const Offered& offered);
-/// A page; next: the query of the one behind it, or empty.
-Json item_list(const ServiceRoot& place, const std::vector<Json>& items, const std::string& next);
+/// A page; self, next: its query and that of the one behind it, or empty.
+Json item_list(const ServiceRoot& place, const std::vector<Json>& items, const std::string& self, const std::string& next);
 
 }  // namespace cordillera::server::stac

@@ -55,6 +55,7 @@ Json tilejson(const Terrain& terrain, std::string_view interval = {}) {
 struct Read {
   std::map<double, std::vector<TileLine>> lines;
   std::map<double, int> index;
+  int features = 0;
 };
 Read read_by_gdal(const std::string& bytes, const Place& p) {
   GDALAllRegister();
@@ -75,6 +76,7 @@ Read read_by_gdal(const std::string& bytes, const Place& p) {
   const double half = std::numbers::pi * 6378137, unit = 2 * half / std::ldexp(kExtent, p.z);
   for (const auto& feature : layer) {
     const double ele = feature->GetFieldAsDouble("ele");
+    ++read.features;
     read.index[ele] = feature->GetFieldAsInteger("index");
     const std::unique_ptr<OGRGeometry> lines(OGRGeometryFactory::forceToMultiLineString(feature->GetGeometryRef()->clone()));
     for (const OGRLineString* line : *lines->toMultiLineString()) {
@@ -216,6 +218,14 @@ TEST(Contours, LieWhereTheMeshesHaveTheirHeights) {
   EXPECT_GT(count, 1000);
   EXPECT_LT(sum_m / count, 1.5);
   EXPECT_GT(beside_m / count, 3 * 1.5) << "points a pixel to the side pass (control)";
+}
+
+TEST(Contours, OfOneHeightAreOneFeature) {
+  for (const Place& p : {Place{.z = 9, .x = 154, .y = 185}, Place{.z = 11, .x = 617, .y = 742}}) {
+    const Read read = read_by_gdal(bytes_of(sample(), p), p);
+    EXPECT_GT(read.lines.size(), 1u);
+    EXPECT_EQ(read.features, static_cast<int>(read.lines.size()));
+  }
 }
 
 /// Between the least and the greatest height of a tile no multiple of the interval is without a line.

@@ -192,6 +192,7 @@ TEST(TerrainRgb, NeighboursSeeTheSameSurroundings) {
   const Json json = tilejson_of(terrain, "terrain-rgb.json");
   EXPECT_EQ(json["bounds"][0], -180) << "longitudes of a TileJSON do not wrap";
   EXPECT_EQ(json["bounds"][2], 180);
+  EXPECT_EQ(tilejson_of(terrain, "layer.json")["bounds"][0], -180);
   EXPECT_NEAR(std::abs(json["center"][0].get<double>()), 180, 0.01);
   const int zoom = json["maxzoom"];
   const int row = tile_at(zoom, 179.9, 25).y;

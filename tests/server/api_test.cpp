@@ -233,6 +233,10 @@ TEST(Api, TheListKnowsItsParametersAlone) {
   const Response refused = test.api().handle(request);
   EXPECT_EQ(slug_of(refused), "option-unknown");
   EXPECT_EQ(body_of(refused)["accepted"], "limit, after, bbox");
+  request.query = {{"limit", "5"}, {"bbox", "0,0,1,1"}};
+  const Json self = body_of(test.api().handle(request))["links"][0];
+  EXPECT_EQ(self["rel"], "self");
+  EXPECT_TRUE(std::string(self["href"]).ends_with("/items?limit=5&bbox=0,0,1,1")) << self;
 }
 
 TEST(Api, AMissingTileSaysWhichThereAre) {

@@ -163,6 +163,19 @@ TEST_F(Program, ShellsAndManKnowEveryOption) {
   }
 }
 
+TEST_F(Program, MapsOfThePolesAreRefusedBeforeTheyAreBuilt) {
+  const std::string polar = (folder_.path() / "polar.asc").string(), out = (folder_.path() / "polar").string();
+  std::ofstream(polar) << "ncols 2\nnrows 2\nxllcorner 10\nyllcorner 86\ncellsize 0.1\n1 2\n3 4\n";
+  const std::string build = kProgram + " build " + polar + " --crs EPSG:4326 --vertical-datum ellipsoid --dry-run -o " + out;
+  for (const char* maps : {".mbtiles", ".pmtiles", " --formats 3d-tiles,terrain-rgb", " --formats contours"}) {
+    const Ended refused = shell(build + maps);
+    EXPECT_EQ(refused.code, 1) << maps << refused.output;
+    EXPECT_THAT(refused.output, HasSubstr("beyond 85.05 degrees")) << maps;
+  }
+  for (const char* not_maps : {".sqlite", ".3tz", ".pmtiles --formats drc", " --formats drc,3d-tiles"})
+    EXPECT_EQ(shell(build + not_maps).code, 0) << not_maps;
+}
+
 TEST_F(Program, InfoOfARasterIsADryRun) {
   const std::string raster = std::string(CORDILLERA_SOURCE_DIR) + "/deploy/sample/white_mountains_srtm3.tif";
   const Ended table = shell(kProgram + " info " + raster);

@@ -118,7 +118,8 @@ std::string layer_json(const MeshGrid& grid, const std::string& projection) {
   if (manifest.bounds_size() >= 4) {
     const double end_deg = projection == "EPSG:3857" ? kMercatorEnd_deg : 90;
     const auto latitude = [&](int k) { return std::clamp(manifest.bounds(k), -end_deg, end_deg); };
-    out["bounds"] = Json::array({manifest.bounds(0), latitude(1), manifest.bounds(2), latitude(3)});
+    const bool wraps = manifest.bounds(0) > manifest.bounds(2);  // readers of TileJSON want west below east
+    out["bounds"] = Json::array({wraps ? -180 : manifest.bounds(0), latitude(1), wraps ? 180 : manifest.bounds(2), latitude(3)});
   }
   out["available"] = available(grid);
   out["cordillera"] = about(grid);
