@@ -38,8 +38,8 @@ std::string file_name(const Dataset& dataset, const ExtractedMesh& mesh, const s
   return dataset.id + "-" + std::to_string(mesh.level) + "." + ending;  // an id has letters, digits and dashes only
 }
 
-/// Blocks of a dataset that is being built, in which a mesh of one of their levels lies. A box without a level is of the finest of
-/// them that has few enough triangles. None: it is of no such level, or lies in more blocks than one request looks at.
+/// Blocks of a dataset that is being built, in which a mesh of one of their levels lies. A box without a level is of the finest
+/// of them that has few enough triangles. None: it is of no such level, or lies in more blocks than one request looks at.
 std::optional<std::vector<proto::TileAddress>> blocks_under(const pipeline::faces::Terrain& shown, const MeshRequest& wanted) {
   const proto::Manifest& manifest = shown.manifest();
   const int finest = static_cast<int>(manifest.max_level());
