@@ -124,7 +124,8 @@ Terrain::Undulation& Terrain::undulation() const {
   undulation_ = std::make_unique<Undulation>();
   const raster::Area area = raster::area_of(manifest().bounds()).value_or(raster::Area{-180, -90, 180, 90});
   const std::string& declared = manifest().source().vertical_datum();
-  auto datum = raster::resolve_vertical({.requested = declared == "ellipsoid" ? raster::kDefaultDatum : declared},
+  const std::string wanted = declared == "ellipsoid" ? raster::kDefaultDatum : declared;
+  auto datum = raster::resolve_vertical({.requested = wanted, .system = raster::system_named(wanted, raster::Trust::posted_file)},
                                         raster::Trust::posted_file, area);
   if (!datum) datum = raster::resolve_vertical({.requested = raster::kDefaultDatum}, raster::Trust::posted_file, area);
   if (!datum) {

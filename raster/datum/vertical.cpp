@@ -103,7 +103,7 @@ proto::Result<VerticalDatum> of_request(const VerticalAsked& asked, Trust trust,
     if (!geoid) return geoid.problem();
     return VerticalDatum{fs::path(name).filename().string(), "request", "", std::move(*geoid)};
   }
-  const auto crs = find_vertical_crs(name);
+  const std::optional<VerticalCrs>& crs = asked.system;
   if (!crs) return unknown_datum(name);
   if (const KnownDatum* datum = known(is_mean_sea_level(*crs) ? kDefaultDatum : crs->name))
     return of_known(*datum, "request", area, trust);
@@ -136,11 +136,10 @@ std::vector<fs::path> geoid_places() {
   return places;
 }
 
-std::optional<HeightAxis> asked_axis(const std::string& requested, Trust trust) {
-  if (requested.empty() || names_ellipsoid(requested) || known(requested) || !grid_file(requested, trust).empty())
+std::optional<VerticalCrs> system_named(const std::string& requested, Trust trust) {
+  if (requested.empty() || names_ellipsoid(requested) || known(requested) != nullptr || !grid_file(requested, trust).empty())
     return std::nullopt;
-  const auto crs = find_vertical_crs(requested);
-  return crs ? std::optional(axis_of(*crs)) : std::nullopt;
+  return find_vertical_crs(requested);
 }
 
 proto::Result<VerticalDatum> resolve_vertical(const VerticalAsked& asked, Trust trust, const Area& area) {

@@ -26,16 +26,17 @@ struct VerticalDatum {
 /// Folders and files that grids are read from: for who decides what this process may read.
 std::vector<std::filesystem::path> geoid_places();
 
-struct VerticalAsked {
-  std::string requested{};     ///< vertical_datum= of the request; overrules what the raster declares
-  std::string declared{};      ///< by the CRS: a name of known_datum, or the height system's own
-  std::string compound_wkt{};  ///< the CRS that declares it
-  std::string base_wkt{};      ///< the horizontal CRS
-};
+/// The height system that vertical_datum= of a request names, such as EPSG:6360; nullopt: none, but a geoid, a grid or the
+/// ellipsoid, or nothing that is known.
+std::optional<VerticalCrs> system_named(const std::string& requested, Trust trust);
 
-/// Unit and direction of heights that vertical_datum= asks for: those of the height system that it names, such as EPSG:6360 (US
-/// survey feet) or EPSG:5715 (depths). Nullopt: it names none, but a geoid or the ellipsoid, and says nothing of either.
-std::optional<HeightAxis> asked_axis(const std::string& requested, Trust trust);
+struct VerticalAsked {
+  std::string requested{};              ///< vertical_datum= of the request; overrules what the raster declares
+  std::string declared{};               ///< by the CRS: a name of known_datum, or the height system's own
+  std::string compound_wkt{};           ///< the CRS that declares it
+  std::string base_wkt{};               ///< the horizontal CRS
+  std::optional<VerticalCrs> system{};  ///< system_named(requested)
+};
 
 /// What is declared and PROJ cannot take to the ellipsoid by any means counts as not declared. A grid that is only not installed
 /// is a problem.

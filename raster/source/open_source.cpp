@@ -20,11 +20,11 @@ using proto::Problem;
 constexpr double kSmallestPixel_m = 1e-3;
 
 /// A raster that says nothing of its heights has those of the system asked for, also in their unit and direction.
-void take_axis_asked(const std::string& vertical_datum, Trust trust, Crs& crs) {
-  const auto axis = crs.declared_datum.empty() ? asked_axis(vertical_datum, trust) : std::nullopt;
-  if (!axis) return;
-  crs.height_unit = axis->unit;
-  crs.depth = crs.depth || axis->depth;
+void take_axis_of(const VerticalCrs& asked, Crs& crs) {
+  if (!crs.declared_datum.empty()) return;
+  const HeightAxis axis = axis_of(asked);
+  crs.height_unit = axis.unit;
+  crs.depth = crs.depth || axis.depth;
 }
 
 proto::Result<HeightUnit> unit_of(const Dataset& dataset, const Crs& crs, bool z_scale_given) {
@@ -187,7 +187,8 @@ proto::Result<std::unique_ptr<Source>> open_checked(const std::string& path, con
   if (pixels != nullptr) {
     if (auto thinned = put_decimation(parts.dataset, pixels); !thinned.ok()) return thinned.problem();
   }
-  take_axis_asked(options.vertical_datum(), trust, *crs);
+  const auto system = system_named(options.vertical_datum(), trust);
+  if (system) take_axis_of(*system, *crs);
   auto unit = unit_of(parts.dataset, *crs, options.has_z_scale());
   if (!unit) return unit.problem();
   auto rule = height_rule(parts.dataset, *crs, *unit, parts.options);
@@ -207,8 +208,8 @@ proto::Result<std::unique_ptr<Source>> open_checked(const std::string& path, con
   if (all_blocks_missing(parts.dataset) && parts.options.voids != VoidRule::value)
     return Problem{"raster-all-nodata", parts.dataset.name + " is a sparse file without a single stored block",
                    "a raster with some data", ""};
-  auto datum =
-      resolve_vertical({options.vertical_datum(), crs->declared_datum, crs->compound_wkt, crs->horizontal_wkt}, trust, f->tight);
+  auto datum = resolve_vertical({options.vertical_datum(), crs->declared_datum, crs->compound_wkt, crs->horizontal_wkt, system},
+                                trust, f->tight);
   if (!datum) return datum.problem();
   parts.datum = std::move(*datum);
   if (parts.datum.from == "source") parts.datum.from = crs->vertical_from;

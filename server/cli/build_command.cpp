@@ -169,8 +169,7 @@ bool wants_mercator(const BuildLine& line) {
   };
   if (line.output.ends_with(".sqlite")) return false;
   if (!is_export_name(line.output)) return std::any_of(line.formats.begin(), line.formats.end(), is_of_maps);
-  return is_archive_name(line.output) && !line.output.ends_with(".3tz") &&
-         (line.only_format.empty() || is_of_maps(face_named(line.only_format)));
+  return is_of_maps(face_in_archive(line.output, line.only_format));
 }
 
 /// What would be refused in the end is told before hours of work: an orthophoto of another place, and maps of the poles.

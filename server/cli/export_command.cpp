@@ -146,6 +146,12 @@ proto::Result<std::string> export_of(const ExportLine& line) {
 bool is_archive_name(const std::string& output) { return archive_of(output) != nullptr; }
 bool is_export_name(const std::string& output) { return archive_of(output) != nullptr || mesh_kind(ending_of(output)); }
 
+const Face* face_in_archive(const std::string& output, const std::string& format) {
+  const ArchiveKind* const archive = archive_of(output);
+  const auto face = archive != nullptr ? face_for(*archive, format) : proto::Result<const Face*>(nullptr);
+  return face ? *face : nullptr;
+}
+
 proto::Result<void> check_export(const ExportLine& line) {
   if (line.output.empty()) { return Problem{"usage", "export needs to know where to write", "-o FILE" + endings(), "--output"}; }
   const ArchiveKind* const archive = archive_of(line.output);

@@ -23,6 +23,8 @@ int export_command(const ExportLine& line);
 bool is_export_name(const std::string& output);
 /// Whether it is an archive's.
 bool is_archive_name(const std::string& output);
+/// The format that an archive of this name holds; format: as in ExportLine. Null: it is no archive, or can hold no such format.
+const pipeline::faces::Face* face_in_archive(const std::string& output, const std::string& format);
 /// Whether the line can be done, as far as that shows before there is a dataset.
 proto::Result<void> check_export(const ExportLine& line);
 /// Does it. What was written, in words.
