@@ -9,6 +9,7 @@ import { steer_by_keys } from "./keyboard.js";
 import { hide_legend, legend_of, show_legend, show_scale } from "./legend.js";
 import { begin_with, camera_named, named, read_link, write_link } from "./link_state.js";
 import { kPictures, kShadedRelief, Looks } from "./looks.js";
+import { is_loaded, preloaded } from "./preload.js";
 import { Profile } from "./profile.js";
 import { hide_welcome, show_welcome } from "./sample.js";
 import { base_of, fetch_json, newest_datasets } from "./service.js";
@@ -85,25 +86,6 @@ function apply_controls(on = page) {
   page.scene.requestRender();
 }
 
-// CesiumJS also calls a tileset loaded that has not begun to ask for tiles.
-const is_loaded = (tileset) => Boolean(tileset && tileset.tilesLoaded && tileset.statistics?.numberOfTilesWithContentReady > 0);
-
-// Resolves when a tileset that is not shown yet has what the present view needs, or when somebody has waited long enough for it.
-const kLongestPreload_ms = 60000;
-function preloaded(tileset) {
-  tileset.preloadWhenHidden = true;
-  tileset.show = false;
-  const end = Date.now() + kLongestPreload_ms;
-  return new Promise((resolve) => {
-    const look = () => {
-      if (is_loaded(tileset) || tileset.isDestroyed() || Date.now() > end) return resolve();
-      page.scene.requestRender();  // tiles are asked for by frames, and nothing on the page moves
-      return setTimeout(look, 50);
-    };
-    look();
-  }).finally(() => { if (!tileset.isDestroyed()) tileset.show = true; });
-}
-
 // The address of the tileset: with normal maps for the look that is shaded from them, where the service makes them. A folder of finished
 // tiles has the one kind that it was built with, and names no other whatever is asked for. Provisional tiles are gone before a map would
 // be worth its time.
@@ -150,7 +132,7 @@ async function show_dataset(id, words = "") {
   begin_detail(looks);
   apply_look({ looks });
   apply_controls({ tileset, looks });
-  if (again) await preloaded(tileset);
+  if (again) await preloaded(tileset, page.scene);
   if (turn !== showing) return page.scene.primitives.remove(tileset);
   if (page.tileset) page.scene.primitives.remove(page.tileset);
   Object.assign(page, { id, manifest, tileset, looks, sea: new SeaLevel(base, point_again) });
