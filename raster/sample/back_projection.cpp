@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "proto/cell_triangle.h"
@@ -10,6 +11,7 @@
 #include "proto/mesh.h"
 #include "proto/wide.h"
 #include "raster/pixels/decimation.h"
+#include "raster/sample/bounds_around.h"
 
 namespace cordillera::raster {
 namespace {
@@ -48,16 +50,6 @@ CORDILLERA_WIDE void put_back(const double* height_m, std::size_t count, std::in
     height[k] = static_cast<std::int32_t>(std::nearbyint(height_m[k] / proto::kHeightStep_m));
 }
 
-/// Heights that a sample stays between.
-struct Bounds {
-  double least_m = INFINITY, greatest_m = -INFINITY;
-
-  void add(double height_m) {
-    least_m = std::min(least_m, height_m);
-    greatest_m = std::max(greatest_m, height_m);
-  }
-};
-
 /// A window of samples on its way. Most pixels are near enough from the start: those that are not, and then those beside vertices
 /// that moved, are all that a round looks at. So of each no more is kept than where it is.
 class Sheet {
@@ -89,7 +81,8 @@ class Sheet {
   void project() {
     if (far_off_.empty()) return;
     const std::size_t count = held_by_.size();
-    height_m_.resize(count), sums_.resize(count, 0), moved_.resize(count, 0), bounds_at_.resize(count, 0);
+    height_m_.resize(count), sums_.resize(count, 0), moved_.resize(count, 0);
+    bounds_.emplace(samples_);
     for (std::size_t k = 0; k < count; ++k) height_m_[k] = samples_.height[k] * proto::kHeightStep_m;
     for (const std::uint32_t p : far_off_) spread(hold_of(pixels_[p], cells_[p]), is_bounded(1));
     for (int round = 1; !touched_.empty(); ++round) {
@@ -132,38 +125,12 @@ class Sheet {
     const double grains = (far_m - std::copysign(h.within_m, far_m)) * share_of(h) * kGrain;
     for (std::size_t k = 0; k < 3; ++k) {
       sums_[h.vertex[k]] += std::llrint(h.weight[k] * grains);
-      if (bounded) bounds_of(h.vertex[k]).add(h.height_m);
+      if (bounded) bounds_->at(h.vertex[k]).add(h.height_m);
       touched_.push_back(h.vertex[k]);
     }
   }
 
-  /// Of the samples around it, as they were; pixels that move it come to them.
-  Bounds& bounds_of(std::uint32_t k) {
-    if (bounds_at_[k] == 0) {
-      bounds_.push_back(heights_around(static_cast<std::int32_t>(k)));
-      bounds_at_[k] = static_cast<std::uint32_t>(bounds_.size());
-    }
-    return bounds_[bounds_at_[k] - 1];
-  }
-
-  Bounds heights_around(std::int32_t k) const {
-    constexpr std::int32_t kNone = INT32_MAX;
-    static_assert(proto::kNoHeight == INT32_MIN);  // so a void is never the greatest
-    const std::int32_t x = k % samples_.columns, y = k / samples_.columns;
-    const std::int32_t west = std::max(x - kBoundsReach, 0), east = std::min(x + kBoundsReach, samples_.columns - 1);
-    const std::int32_t south = std::max(y - kBoundsReach, 0), north = std::min(y + kBoundsReach, samples_.rows - 1);
-    std::int32_t least = kNone, greatest = proto::kNoHeight;
-    for (std::int32_t j = south; j <= north; ++j) {
-      const std::int32_t* const row = samples_.height.data() + static_cast<std::ptrdiff_t>(j) * samples_.columns;
-      for (std::int32_t i = west; i <= east; ++i) {
-        least = std::min(least, row[i] == proto::kNoHeight ? kNone : row[i]);
-        greatest = std::max(greatest, row[i]);
-      }
-    }
-    return {least * proto::kHeightStep_m, greatest * proto::kHeightStep_m};
-  }
-
-  bool is_beside_a_wall(const Bounds& bounds) const { return bounds.greatest_m - bounds.least_m > wall_m_; }
+  bool is_beside_a_wall(const BoundsAround::Bounds& bounds) const { return bounds.greatest_m - bounds.least_m > wall_m_; }
 
   void move_touched(bool bounded) {
     for (const std::uint32_t k : last_moved_) moved_[k] = 0;
@@ -172,8 +139,8 @@ class Sheet {
       const std::int64_t sum = std::exchange(sums_[k], 0);  // what was touched twice is done with the first time
       if (sum == 0 || !moves(k)) continue;
       height_m_[k] = std::clamp(height_m_[k] + static_cast<double>(sum) / kGrain, -proto::kMaxHeight_m, proto::kMaxHeight_m);
-      if (bounded && is_beside_a_wall(bounds_of(k)))
-        height_m_[k] = std::clamp(height_m_[k], bounds_of(k).least_m, bounds_of(k).greatest_m);
+      if (bounded && is_beside_a_wall(bounds_->at(k)))
+        height_m_[k] = std::clamp(height_m_[k], bounds_->at(k).least_m, bounds_->at(k).greatest_m);
       moved_[k] = 1;
       last_moved_.push_back(k);
     }
@@ -233,10 +200,9 @@ class Sheet {
   std::vector<std::uint8_t> moved_;                      ///< likewise: 1 if the last round did
   std::vector<std::uint32_t> last_moved_;                ///< those samples
   std::vector<std::uint32_t> touched_;                   ///< samples with sums, some more than once
-  std::vector<std::uint32_t> bounds_at_;                 ///< indexed by sample: a place in bounds_, plus 1; 0: none yet
-  std::vector<Bounds> bounds_;
-  std::vector<std::uint32_t> cells_;    ///< indexed by pixel: the south-western vertex of its cell, or kNowhere
-  std::vector<std::uint32_t> far_off_;  ///< pixels, from the start
+  std::optional<BoundsAround> bounds_;                   ///< of the samples as they were, and of the pixels that move them
+  std::vector<std::uint32_t> cells_;                     ///< indexed by pixel: the south-western vertex of its cell, or kNowhere
+  std::vector<std::uint32_t> far_off_;                   ///< pixels, from the start
 };
 
 class BackProjection final : public Source {

@@ -8,6 +8,7 @@
 
 #include "cordillera.pb.h"
 #include "proto/ellipsoid.h"
+#include "raster/sample/bounds_around.h"
 #include "raster/source.h"
 
 namespace cordillera::raster {
@@ -29,7 +30,7 @@ inline double spacing(const proto::Source& source, const proto::Lattice& lattice
 }
 
 /// Cells around a sample whose pixels and samples it may depend on: one a round, and those that its bounds are made of.
-inline constexpr int kProjectionRounds = 12, kBoundsReach = 2;
+inline constexpr int kProjectionRounds = 12;
 inline constexpr std::int64_t kProjectionReach = kProjectionRounds + kBoundsReach + 2;
 
 /// The same source, but samples of the lattice of that level are moved until the surface between them (proto::triangle_around) is
