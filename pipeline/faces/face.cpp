@@ -1,5 +1,7 @@
 #include "pipeline/faces/face.h"
 
+#include <algorithm>
+
 #include "pipeline/faces/path_pattern.h"
 #include "proto/numbers.h"
 
@@ -28,6 +30,11 @@ std::optional<Place> match(const Resource& resource, std::string_view path) {
 }
 
 }  // namespace
+
+bool is_of_maps(const Face& face) {
+  return std::ranges::all_of(face.resources,
+                             [](const Resource& resource) { return resource.grid == Grid::none || is_mercator(resource.grid); });
+}
 
 bool inside(Grid grid, const Place& p) {
   if (grid == Grid::none) return true;

@@ -104,6 +104,8 @@ struct Face {
 /// In the order in which they are listed. The first ones are what a static folder holds unless told otherwise.
 std::span<const Face* const> all_faces();
 const Face* face_named(std::string_view name);
+/// Whether it has nothing but tiles of Web Mercator, and documents about them.
+bool is_of_maps(const Face& face);
 
 struct Found {
   const Resource* resource = nullptr;

@@ -187,8 +187,8 @@ struct Part {
   const pipeline::faces::Face* face;
   std::vector<const pipeline::faces::Resource*> resources;
 };
-/// All faces; of a mounted folder those that lie in it.
-std::vector<Part> parts_of(const Mounts& mounts, const std::string& id);
+/// All faces; of a mounted folder those that lie in it. Maps where the data is beyond Web Mercator are none.
+std::vector<Part> parts_of(const Mounts& mounts, const std::string& id, const proto::Manifest& manifest);
 /// What there is to fetch of a dataset, a face each, with links as OGC API names them. path as above.
 Json faces_json(const std::vector<Part>& parts, const std::string& path);
 

@@ -46,7 +46,7 @@ proto::Result<ListQuery> query_of(const Request& request) {
 
 Json item_of(const Mounts& mounts, const ServiceRoot& place, const Dataset& dataset, const proto::Manifest& manifest) {
   Offered offered{{}, mounts.folder(dataset.id).empty()};
-  for (const Part& part : parts_of(mounts, dataset.id)) offered.faces.push_back(part.face);
+  for (const Part& part : parts_of(mounts, dataset.id, manifest)) offered.faces.push_back(part.face);
   return item(place, dataset, manifest, offered);
 }
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "pipeline/faces/web_mercator.h"
 #include "server/api/api.h"
 #include "server/api/api_updates.h"
 #include "server/api/public_address.h"
@@ -291,11 +292,13 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pa
   return json;
 }
 
-std::vector<Part> parts_of(const Mounts& mounts, const std::string& id) {
+std::vector<Part> parts_of(const Mounts& mounts, const std::string& id, const proto::Manifest& manifest) {
   using pipeline::faces::Grid;
   const std::string folder = mounts.folder(id);
+  const bool has_maps = pipeline::faces::extent_of(manifest).has_value();
   std::vector<Part> parts;
   for (const pipeline::faces::Face* face : pipeline::faces::all_faces()) {
+    if (!has_maps && pipeline::faces::is_of_maps(*face)) continue;
     Part part{face, {}};
     bool tiles = false, of_tiles = false;  // a document that other formats have, too, is no format
     for (const auto& resource : face->resources) {
@@ -328,8 +331,14 @@ Json faces_json(const std::vector<Part>& parts, const std::string& path) {
 Response status_document(Service& service, const Request& request, const Dataset& dataset) {
   const std::string path = public_path(request, dataset.id);
   Json json = status_json(service, dataset, path);
-  if (dataset.state == State::ready || json["provisional"] == true)
-    json["faces"] = faces_json(parts_of(service.mounts(), dataset.id), path);
+  const auto list_faces = [&](const proto::Manifest& manifest) {
+    json["faces"] = faces_json(parts_of(service.mounts(), dataset.id, manifest), path);
+  };
+  if (dataset.state == State::ready) {
+    if (const auto summary = service.library().summary(dataset.id)) list_faces((*summary)->manifest);
+  } else if (const auto shown = service.library().provisional(dataset.id); shown && json["provisional"] == true) {
+    list_faces(shown->manifest());
+  }
   Response response = json_response(200, json);
   response.set("Cache-Control", "no-store");
   return response;

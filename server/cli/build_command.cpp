@@ -162,14 +162,10 @@ int build_file(pipeline::BuildRequest request, const BuildLine& line) {
 /// Whether a format is asked for that has nothing but tiles of Web Mercator.
 bool wants_mercator(const BuildLine& line) {
   using namespace pipeline::faces;
-  const auto is_of_maps = [](const Face* face) {
-    return face != nullptr && std::all_of(face->resources.begin(), face->resources.end(), [](const Resource& resource) {
-             return resource.grid == Grid::none || is_mercator(resource.grid);
-           });
-  };
   if (line.output.ends_with(".sqlite")) return false;
-  if (!is_export_name(line.output)) return std::any_of(line.formats.begin(), line.formats.end(), is_of_maps);
-  return is_of_maps(face_in_archive(line.output, line.only_format));
+  const auto is_one = [](const Face* face) { return face != nullptr && is_of_maps(*face); };
+  if (!is_export_name(line.output)) return std::any_of(line.formats.begin(), line.formats.end(), is_one);
+  return is_one(face_in_archive(line.output, line.only_format));
 }
 
 /// What would be refused in the end is told before hours of work: an orthophoto of another place, and maps of the poles.

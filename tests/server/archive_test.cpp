@@ -27,6 +27,24 @@ TEST(Archive, WhatIsNoFormatIsNamed) {
   EXPECT_EQ(refused({{"format", "drc"}, {"format", "hillshade"}}), "option-repeated");
 }
 
+/// What a dataset is said to have can be fetched: maps in Web Mercator end at 85 degrees.
+TEST(Polar, HasNoMaps) {
+  const std::string base = built().post("ncols 2\nnrows 2\nxllcorner 10\nyllcorner 86\ncellsize 0.1\n1 2\n3 4\n",
+                                        {{"name", "polar.asc"}, {"crs", "EPSG:4326"}, {"vertical-datum", "ellipsoid"}});
+  const auto get = [&](const std::string& path) {
+    Request request;
+    request.path = path;
+    return TestService::settled(built().api().handle(request));
+  };
+  const Json faces = body_of(get(base))["faces"],
+             assets = body_of(get("/stac/collections/datasets/items" + base.substr(12)))["assets"];
+  EXPECT_TRUE(assets.contains("3d-tiles")) << assets;
+  EXPECT_FALSE(assets.contains("terrain-rgb")) << assets;
+  EXPECT_FALSE(assets.contains("contours")) << assets;
+  EXPECT_GT(faces.size(), 3u);
+  for (const Json& face : faces) EXPECT_EQ(get(face["href"]).status, 200) << face["href"];
+}
+
 Response asked_archive(const std::map<std::string, std::string>& headers = {}) {
   Request request;
   request.path = built().base() + ".pmtiles";

@@ -40,16 +40,19 @@ class Built {
     settings.serve.web = (folder_.path() / "web").string();
     service_ = std::move(Service::open(settings, build_job).value());
     api_ = std::make_unique<Api>(*service_);
-    const std::string body = file_text(kRaster);
+    base_ = post(file_text(kRaster), {{"name", "sample.tif"}, {"error", "4"}, {"device", "cpu"}, {"threads", "2"}});
+  }
+  /// A dataset's address, once it is built.
+  std::string post(const std::string& body, const decltype(Request::query)& query) {
     Request request;
     request.method = "POST";
     request.path = "/v1/datasets";
-    request.query = {{"name", "sample.tif"}, {"error", "4"}, {"device", "cpu"}, {"threads", "2"}};
+    request.query = query;
     request.headers = {{"content-length", std::to_string(body.size())}, {"prefer", "wait=600"}};
     request.read_body = [&](const Request::Sink& sink) { return sink(body); };
     const Response response = TestService::settled(api_->handle(request));
     if (response.status != 201) throw std::runtime_error(response.body);
-    base_ = "/v1/datasets/" + body_of(response)["id"].get<std::string>();
+    return "/v1/datasets/" + body_of(response)["id"].get<std::string>();
   }
   Api& api() { return *api_; }
   Service& service() { return *service_; }

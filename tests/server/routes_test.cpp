@@ -42,6 +42,10 @@ TEST(Routes, TheRestIsFound) {
   EXPECT_EQ(found("/assets/viewer.js"), "/");
   EXPECT_EQ(parse_route("/v1/datasets/a/sources/b").item, "b");
   EXPECT_EQ(parse_route("/v1/datasets/a/versions/b/manifest.json").version, "b");
+  for (const char* itself : {"/v1/datasets/a/versions/b", "/v1/datasets/a/versions/b/"}) {
+    EXPECT_EQ(parse_route(itself).version, "b") << itself;
+    EXPECT_EQ(found(itself), found("/v1/datasets/a/versions/b/manifest.json")) << itself;
+  }
 }
 
 TEST(Routes, WrongSpellingsAreNothing) {
@@ -59,7 +63,6 @@ TEST(Routes, WrongSpellingsAreNothing) {
                            "/v1/datasets/a/demo/.html",
                            "/v1/datasets/a/demo/../../x.html",
                            "/v1/datasets/a/versions/b/demo/leaflet.html",
-                           "/v1/datasets/a/versions/b",
                            "/v1/datasets/a/versions/b.pmtiles",
                            "/v1/datasets/a/versions/b/events",
                            "/v1/datasets/a.pmtiles/x",

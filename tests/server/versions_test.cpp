@@ -24,6 +24,7 @@ class Versions : public testing::Test {
 TEST_F(Versions, TheSameBytesForEver) {
   ASSERT_EQ(version_.size(), 16u);
   EXPECT_EQ(body_of(test_.get(base_))["links"]["version"], base_ + "/versions/" + version_);
+  EXPECT_EQ(test_.get(base_ + "/versions/" + version_).body, test_.get(base_ + "/manifest.json").body);
   for (const std::string& path : {std::string("/tiles/1/1/1.drc"), std::string("/tiles/W/1/1/1.glb"),
                                   std::string("/tileset.json"), std::string("/manifest.json")}) {
     const Response plain = test_.get(base_ + path), kept = test_.get(base_ + "/versions/" + version_ + path);
@@ -42,7 +43,7 @@ TEST_F(Versions, AnotherVersionIsNotThere) {
   EXPECT_EQ(body_of(answer)["accepted"], version_);
   EXPECT_THAT(answer.header("Cache-Control"), HasSubstr("no-store"));
   EXPECT_EQ(slug_of(test_.get(base_ + "/versions/" + version_ + "/events")), "not-found");
-  EXPECT_EQ(slug_of(test_.get(base_ + "/versions/" + version_)), "not-found");
+  EXPECT_EQ(slug_of(test_.get(base_ + "/versions/0123456789abcdef")), "version-unknown");
   const Response none = test_.get(base_ + "/versions/" + version_ + "/tiles/1/3/1.drc");
   EXPECT_EQ(slug_of(none), "tile-unknown");
   EXPECT_THAT(none.header("Cache-Control"), HasSubstr("no-store")) << "an absence may end with a repaired service";

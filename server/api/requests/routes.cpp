@@ -11,7 +11,8 @@ namespace {
 using access::Role;
 using pipeline::faces::matches;
 
-constexpr std::string_view kDatasets = "/v1/datasets/", kVersionsBelow = "/versions/", kLivePath = "/v1/live";
+constexpr std::string_view kDatasets = "/v1/datasets/", kVersionsBelow = "/versions/", kManifestBelow = "/manifest.json",
+                           kLivePath = "/v1/live";
 
 bool is_of_one(const RouteRow& row) { return row.path.starts_with(kOneDataset); }
 
@@ -51,9 +52,10 @@ Route route_of_one(std::string_view rest) {
   if (below.starts_with(kVersionsBelow)) {
     const std::string_view behind = below.substr(kVersionsBelow.size());
     const std::string_view version = behind.substr(0, behind.find('/'));
-    if (version.size() < behind.size() && is_id(version)) {
+    if (is_id(version)) {
       route.version = version;
       below = behind.substr(version.size());
+      if (below.empty() || below == "/") below = kManifestBelow;  // links.version itself, which other paths are below
       is = RouteRow::kVersioned;
     }
   }
