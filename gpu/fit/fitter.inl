@@ -74,6 +74,8 @@ class Fit {
     const ErrorLimit limit{std::max(0.0f, most * (1 - kRelativeRounding) - kRounding)};
     CollapseRules rules = recipe.waves;
     rules.limit = limit;
+    // What carried planes allowed may have become too far off when its turn comes: only the shape is asked for again then.
+    if (rules.cost == CostOf::carried_planes) rules.cost = CostOf::planes;
     if (recipe.late_from > 0) rules.cost = CostOf::samples;
     collapse(0, rules);
     stage("waves");

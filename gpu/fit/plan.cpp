@@ -122,6 +122,27 @@ void plan_lattice(const HeightMesh& mesh, const Lattice& lattice, Plan& plan, bo
   take_vertices(mesh, order, at, plan, clockwise);
 }
 
+/// From the edges of the input: those of triangles that are needles say nothing of how steep it is, edges do.
+std::vector<std::uint8_t> steepest_edges(const Plan& plan) {
+  std::vector<double> rise2(plan.at.size(), 0);
+  for (const auto& t : plan.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+      const double dx = plan.at[b].x - plan.at[a].x, dy = plan.at[b].y - plan.at[a].y,
+                   dz = static_cast<double>(plan.z[b]) - static_cast<double>(plan.z[a]);
+      const double here = dz * dz / (dx * dx + dy * dy);
+      rise2[a] = std::max(rise2[a], here), rise2[b] = std::max(rise2[b], here);
+    }
+  }
+  std::vector<std::uint8_t> steep(rise2.size());
+  for (std::size_t v = 0; v < steep.size(); ++v) {
+    int octave = 0;  // of the rise, rounded up
+    if (rise2[v] > 0) std::frexp(std::sqrt(rise2[v]), &octave);
+    steep[v] = static_cast<std::uint8_t>(rise2[v] > 0 ? std::clamp(octave + kLevelClass, kLeastSteep, kMostSteep) : kLeastSteep);
+  }
+  return steep;
+}
+
 /// The longer side gets 2^26 units; bins are about one vertex large.
 void plan_scattered(const HeightMesh& mesh, const MinMax& x, const MinMax& y, Plan& plan, bool clockwise) {
   constexpr double kUnits = 1 << 26;
@@ -146,6 +167,7 @@ void plan_scattered(const HeightMesh& mesh, const MinMax& x, const MinMax& y, Pl
   for (const std::uint32_t b : bin) ++plan.bin_start[b + 1];
   std::partial_sum(plan.bin_start.begin(), plan.bin_start.end(), plan.bin_start.begin());
   take_vertices(mesh, sorted_by(bin, bins), at, plan, clockwise);
+  plan.steep = steepest_edges(plan);
 }
 
 }  // namespace

@@ -23,6 +23,7 @@ struct Plan {
   float units_per_cell = 16;
   std::vector<Point> at;                                ///< indexed by vertex
   std::vector<float> z;                                 ///< likewise, scaled
+  std::vector<std::uint8_t> steep;                      ///< likewise, Vertex::steep; of lattices none
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< counter-clockwise
 
   /// Vertices in runs that lie near each other: indexed by run, one more at the end, the first vertex in it. Lattices only.

@@ -71,7 +71,8 @@ struct RelocateByPower {
       moved.x = p.x;
       moved.y = p.y;
       moved.z = at.z + share * rise;
-      if ((!limit.set() || star_within(mesh, samples, v, moved, limit)) && lanes.leads()) mesh.vertex[v] = moved;
+      if (!star_rises(mesh, v, moved) || (limit.set() && !star_within(mesh, samples, v, moved, limit))) return;
+      if (lanes.leads()) mesh.vertex[v] = moved;
       return;
     }
   }

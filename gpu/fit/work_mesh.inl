@@ -14,7 +14,8 @@ bool WorkMesh<Device>::load(const Plan& plan) {
   blocks_ = plan.block_start.empty() ? 0 : plan.block_start.size() - 1;
   if (blocks_ > 0) upload(block_start_, plan.block_start);
   std::vector<Vertex> vertices(count);
-  for (std::size_t v = 0; v < count; ++v) vertices[v] = {plan.at[v].x, plan.at[v].y, plan.z[v], 0, 0, 0};
+  for (std::size_t v = 0; v < count; ++v)
+    vertices[v] = {plan.at[v].x, plan.at[v].y, plan.z[v], 0, 0, plan.steep.empty() ? std::uint8_t{0} : plan.steep[v]};
   mesh_.vertex = upload(vertex_[0], vertices);
   mesh_.units_per_cell = plan.units_per_cell;
   mesh_.cells_per_unit = 1 / plan.units_per_cell;

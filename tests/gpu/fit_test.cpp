@@ -1,6 +1,7 @@
 // The fit of height meshes: laws, counts, bounds.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -37,6 +38,55 @@ TEST(Fit, EachStepOfQualityLessensTheError) {
   EXPECT_LT(normal.rmse_m, 0.8 * fast.rmse_m);
   EXPECT_LT(best.rmse_m, normal.rmse_m);
   EXPECT_LT(minimax.max_error_m, best.max_error_m);
+}
+
+double steepest_edge(const HeightMesh& mesh) {
+  double steepest = 0;
+  for (const auto& t : mesh.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+      steepest = std::max(steepest, std::abs(mesh.z[b] - mesh.z[a]) / std::hypot(mesh.x[b] - mesh.x[a], mesh.y[b] - mesh.y[a]));
+    }
+  }
+  return steepest;
+}
+
+TEST(Fit, EveryQualityStaysWithinTheLimit) {
+  const HeightMesh in = terrain(bench::Terrain::noise, 65);
+  for (const Quality quality : kQualities) {
+    for (const double error : {1.0, 5.0, 20.0})
+      EXPECT_LE(simplified(in, MeshTarget::error_m(error), quality).report.max_error_m, error) << static_cast<int>(quality);
+  }
+}
+
+/// A mesh of needles: where no vertex of the input is, nothing but the edges says how steep the ground may be.
+TEST(Fit, ScatteredVerticesMakeNoSpikes) {
+  HeightMesh in;
+  constexpr std::uint32_t kRows = 40, kColumns = 40;
+  for (std::uint32_t r = 0; r < kRows; ++r) {
+    for (std::uint32_t c = 0; c < kColumns; ++c) {
+      const double hash = std::fmod(std::abs(std::sin(12.9898 * c + 78.233 * r)) * 43758.5453, 1.0);
+      const bool inside = c > 0 && r > 0 && c + 1 < kColumns && r + 1 < kRows;
+      in.x.push_back(1000.0 * c + (inside ? 700 * (hash - 0.5) : 0));
+      in.y.push_back(2.0 * r + (inside ? 1.2 * (std::fmod(7 * hash, 1.0) - 0.5) : 0));  // 500 times as long as they are wide
+      in.z.push_back(300 * std::sin(c / 4.0) + 2 * std::sin(r / 2.0) + hash);
+    }
+  }
+  in.triangles = bench::grid_triangles(kColumns, kRows);
+  const double steep = steepest_edge(in), relief = std::ranges::max(in.z) - std::ranges::min(in.z);
+  for (const Quality quality : kQualities) {
+    for (const MeshTarget& target :
+         {MeshTarget::error_m(0.5), MeshTarget::error_m(3), MeshTarget::keep(0.8), MeshTarget::keep(0.3)}) {
+      const auto out = simplify(in, target, {quality, "cpu"});  // whose plan is rounded too much for the other laws
+      ASSERT_TRUE(out.ok());
+      const auto [low, high] = std::ranges::minmax(out->mesh.z);
+      EXPECT_LT(high - low, 1.2 * relief) << static_cast<int>(quality);
+      if (target.kind == MeshTarget::Kind::error_m) {
+        EXPECT_LE(steepest_edge(out->mesh), 4.1 * steep) << static_cast<int>(quality);
+        EXPECT_LE(judged(in, out->mesh).max, target.value) << static_cast<int>(quality);
+      }
+    }
+  }
 }
 
 TEST(Fit, SameInputSameResult) {

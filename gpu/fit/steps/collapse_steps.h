@@ -39,6 +39,7 @@ struct Collapse {
     wave.planes[u] = together(planes_from(u, intent.at, z), planes_from(v, intent.at, z));
     wave.intent[u].z = kept.z = z;
     kept.flags |= gone.flags & (kOpen | kFixed);
+    kept.steep = kept.steep > gone.steep ? kept.steep : gone.steep;
     kept.x = intent.at.x;
     kept.y = intent.at.y;
     gone.flags = kGone;

@@ -65,13 +65,25 @@ CORDILLERA_HD inline bool link_sees(const FitMesh& mesh, std::uint32_t u, std::u
   return each_link_edge(mesh, u, v, [&](const Vertex& a, const Vertex& b) { return turn(p, a.at(), b.at()) > 0; });
 }
 
+/// The vertex that the edge becomes.
+CORDILLERA_HD inline Vertex merged(const FitMesh& mesh, std::uint32_t u, std::uint32_t v, const Candidate& candidate) {
+  const std::uint8_t at_u = mesh.vertex[u].steep, at_v = mesh.vertex[v].steep;
+  return {candidate.at.x, candidate.at.y, candidate.z, 0, 0, at_u > at_v ? at_u : at_v};
+}
+
+/// And would it be no spike?
+CORDILLERA_HD inline bool link_rises(const FitMesh& mesh, std::uint32_t u, std::uint32_t v, const Candidate& candidate) {
+  const Vertex at = merged(mesh, u, v, candidate);
+  return at.steep == 0 ||
+         each_link_edge(mesh, u, v, [&](const Vertex& a, const Vertex& b) { return may_see(at, a) && may_see(at, b); });
+}
+
 /// Would every sample around the edge stay within the limit?
 template <class Samples>
 CORDILLERA_HD bool link_within(const FitMesh& mesh, const Samples& samples, std::uint32_t u, std::uint32_t v,
                                const Candidate& candidate, ErrorLimit limit) {
-  const Vertex at{candidate.at.x, candidate.at.y, candidate.z, 0, 0, 0};
-  return each_link_edge(mesh, u, v,
-                        [&](const Vertex& a, const Vertex& b) { return worst_error(samples, at, a, b) <= limit.most; });
+  const Vertex at = merged(mesh, u, v, candidate);
+  return each_link_edge(mesh, u, v, [&](const Vertex& a, const Vertex& b) { return is_within(samples, at, a, b, limit); });
 }
 
 /// The ring around the collapsed edge from u to the i-th of its row, from border to border if there is one; returns its length.

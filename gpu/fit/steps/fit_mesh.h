@@ -2,6 +2,7 @@
 // The mesh in work: plan positions are integers, every vertex knows its ring of neighbours, triangles are implied.
 #include <cstdint>
 
+#include "gpu/device/bits.h"
 #include "proto/host_device.h"
 
 namespace cordillera::gpu::fit {
@@ -25,7 +26,7 @@ struct Vertex {
   float z;            ///< scaled metres above the middle of the relief
   std::uint16_t valence;
   std::uint8_t flags;
-  std::uint8_t unused;
+  std::uint8_t steep;  ///< class of the steepest edge that it may have, see edges_rise_to; 0: any
 
   CORDILLERA_HD Point at() const { return {x, y}; }
   CORDILLERA_HD bool open() const { return (flags & kOpen) != 0; }
@@ -78,6 +79,23 @@ CORDILLERA_HD inline bool is_straight(const FitMesh& mesh, std::uint32_t v) {
   const std::int64_t ahead =
       (std::int64_t{at.x} - from.x) * (std::int64_t{to.x} - at.x) + (std::int64_t{at.y} - from.y) * (std::int64_t{to.y} - at.y);
   return ahead > 0;
+}
+
+/// Edges of the class rise by at most twice so much a unit of the plan as the steepest one of the input did at the vertex, or at
+/// those that it has come to stand for: on a plane an edge may run straighter up than those before it. Classes are octaves.
+inline constexpr int kLevelClass = 128, kLeastSteep = 1, kMostSteep = 190;
+CORDILLERA_HD inline float edges_rise_to(std::uint8_t steep) {
+  constexpr std::uint32_t kFloatBias = 127, kMantissa = 23;
+  return bits_float(static_cast<std::uint32_t>(steep - kLevelClass + 1 + static_cast<int>(kFloatBias)) << kMantissa);
+}
+
+/// May there be an edge between them? Where no sample is, nothing else keeps a vertex from spiking.
+CORDILLERA_HD inline bool may_see(const Vertex& a, const Vertex& b) {
+  constexpr float kFlat = 4e-3f;  // scaled heights are floats
+  const std::uint8_t steep = a.steep > b.steep ? a.steep : b.steep;
+  if (a.steep == 0 || b.steep == 0) return true;
+  const float dx = static_cast<float>(b.x - a.x), dy = static_cast<float>(b.y - a.y), dz = b.z - a.z, rise = edges_rise_to(steep);
+  return dz * dz <= rise * rise * (dx * dx + dy * dy) + kFlat * kFlat;
 }
 
 CORDILLERA_HD inline std::int32_t nearest(float value) {

@@ -58,12 +58,12 @@ struct EvaluateFlips {
                  &right = mesh.vertex[quad.right];
     if (!valences_allow_flip(mesh, quad)) return 0;
     if (turn(u.at(), right.at(), left.at()) <= 0 || turn(v.at(), left.at(), right.at()) <= 0) return 0;
+    if (!may_see(left, right)) return 0;
     const float before = error_of(lanes, {&u, &v}, {&v, &u}, {&left, &right});
     if (before <= kNothing) return 0;
     const float after = error_of(lanes, {&u, &v}, {&right, &left}, {&left, &right});
     if (before - after <= kGain * before) return 0;
-    if (limit.set() && (worst_error(samples, u, right, left) > limit.most || worst_error(samples, v, left, right) > limit.most))
-      return 0;
+    if (limit.set() && !(is_within(samples, u, right, left, limit) && is_within(samples, v, left, right, limit))) return 0;
     return before - after;
   }
 

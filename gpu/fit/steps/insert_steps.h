@@ -126,7 +126,12 @@ struct Insert {
         wave.mark[at.beyond] = kStale;
       }
     }
-    mesh.vertex[id] = {intent.at.x, intent.at.y, intent.z, valence, static_cast<std::uint8_t>(at.on_border ? kOpen : 0), 0};
+    mesh.vertex[id] = {intent.at.x,
+                       intent.at.y,
+                       intent.z,
+                       valence,
+                       static_cast<std::uint8_t>(at.on_border ? kOpen : 0),
+                       mesh.vertex[at.a].steep};
     wave.mark[at.a] = wave.mark[at.b] = wave.mark[at.c] = wave.mark[id] = kStale;
     wave.cost[id] = kNever;
   }

@@ -66,7 +66,8 @@ struct EvaluateByQuadric {
   }
 
   CORDILLERA_HD bool possible(std::uint32_t u, std::uint32_t v, const Candidate& candidate) const {
-    return link_sees(mesh, u, v, candidate.at) && (!limit.set() || link_within(mesh, samples, u, v, candidate, limit));
+    return link_sees(mesh, u, v, candidate.at) && link_rises(mesh, u, v, candidate) &&
+           (!limit.set() || link_within(mesh, samples, u, v, candidate, limit));
   }
 
   CORDILLERA_HD Candidate fallback(const EdgeQuadric& quadric, std::uint32_t u, std::uint32_t v, Leeway place) const {

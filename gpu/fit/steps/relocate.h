@@ -62,11 +62,29 @@ struct ErrorLimit {
   CORDILLERA_HD bool set() const { return most < 1e38f; }
 };
 
+/// Where places are rounded a small share of the limit is for that: in which triangle a sample is, that lies on a side, is not
+/// known.
+template <class Samples>
+CORDILLERA_HD bool is_within(const Samples& samples, const Vertex& a, const Vertex& b, const Vertex& c, ErrorLimit limit) {
+  if constexpr (Samples::kOff > 0) {
+    constexpr float kRoundingShare = 1.0f / 32;
+    const float rounding = kRoundingShare * limit.most;
+    return error_of_rounding<Samples>(a, b, c) <= rounding && worst_error(samples, a, b, c) <= limit.most - rounding;
+  } else {
+    return worst_error(samples, a, b, c) <= limit.most;
+  }
+}
+
 /// Would every sample of the star stay within the limit, with v so?
 template <class Samples>
 CORDILLERA_HD bool star_within(const FitMesh& mesh, const Samples& samples, std::uint32_t v, Vertex moved, ErrorLimit limit) {
-  return each_triangle(mesh, v,
-                       [&](const Vertex& a, const Vertex& b) { return worst_error(samples, moved, a, b) <= limit.most; });
+  return each_triangle(mesh, v, [&](const Vertex& a, const Vertex& b) { return is_within(samples, moved, a, b, limit); });
+}
+
+/// Would no edge of it be a spike's?
+CORDILLERA_HD inline bool star_rises(const FitMesh& mesh, std::uint32_t v, const Vertex& moved) {
+  return moved.steep == 0 ||
+         each_triangle(mesh, v, [&](const Vertex& a, const Vertex& b) { return may_see(moved, a) && may_see(moved, b); });
 }
 
 /// A border vertex stays between its two neighbours on the border.
@@ -98,7 +116,7 @@ struct Relocate {
     moved.z = at.z + here.best_height();
     const float least_error = here.at(here.best_height());
     if (least_error > kNothing && equations.zz > 0) try_steps(lanes, v, equations, least_error, moved);
-    if (limit.set() && !star_within(mesh, samples, v, moved, limit)) return;
+    if (!star_rises(mesh, v, moved) || (limit.set() && !star_within(mesh, samples, v, moved, limit))) return;
     if (lanes.leads()) mesh.vertex[v] = moved;
   }
 

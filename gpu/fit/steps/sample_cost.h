@@ -97,7 +97,8 @@ struct EvaluateBySamples {
       h = (mesh.vertex[u].fixed() ? mesh.vertex[u].z : mesh.vertex[v].z) - candidate.z;
     candidate.z += h;
     candidate.cost = change.after.at(h) - change.before;
-    if (limit.set() && !link_within(mesh, samples, u, v, candidate, limit)) candidate.cost = kNever;
+    if (!link_rises(mesh, u, v, candidate) || (limit.set() && !link_within(mesh, samples, u, v, candidate, limit)))
+      candidate.cost = kNever;
     return candidate;
   }
 

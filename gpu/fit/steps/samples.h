@@ -31,6 +31,7 @@ struct Rows {
 /// Samples on a regular lattice, 16 units apart; some may be missing.
 struct LatticeSamples {
   static constexpr std::int32_t kStep = 16;
+  static constexpr float kOff = 0;     ///< units along each axis that a sample may be away from its place
   const float* z = nullptr;            ///< row-major; kNoSample where missing
   const std::uint8_t* lean = nullptr;  ///< null: all the same way
   std::int32_t columns = 0, rows = 0;
@@ -168,6 +169,7 @@ struct LatticeSamples {
 
 /// Samples anywhere, sorted into square bins; those of a row of bins follow each other.
 struct ScatteredSamples {
+  static constexpr float kOff = 0.5f;    ///< as above: places were rounded
   const float* z = nullptr;              ///< indexed by sample, in the order of the bins
   const Point* point = nullptr;          ///< likewise
   const std::uint8_t* lean = nullptr;    ///< likewise

@@ -130,6 +130,17 @@ CORDILLERA_HD HeightFit fit_star(const Lanes& lanes, const FitMesh& mesh, const 
   return fit;
 }
 
+/// What the rounding of places may add to the error of a sample in a triangle, or on its sides: much where it is a needle.
+template <class Samples>
+CORDILLERA_HD float error_of_rounding(const Vertex& a, const Vertex& b, const Vertex& c) {
+  const auto size = [](float value) { return value < 0 ? -value : value; };
+  const float inverse = 1 / static_cast<float>(turn(a.at(), b.at(), c.at()));
+  const float at_b = (b.z - a.z) * inverse, at_c = (c.z - a.z) * inverse;
+  const float along_x = at_b * static_cast<float>(c.y - a.y) - at_c * static_cast<float>(b.y - a.y),
+              along_y = at_c * static_cast<float>(b.x - a.x) - at_b * static_cast<float>(c.x - a.x);
+  return Samples::kOff * (size(along_x) + size(along_y));
+}
+
 /// The greatest error of a triangle's samples.
 template <class Samples>
 CORDILLERA_HD float worst_error(const Samples& samples, const Vertex& a, const Vertex& b, const Vertex& c) {
