@@ -20,7 +20,7 @@ PixelPlaces::PixelPlaces(const Placement& placement, const proto::Lattice& latti
     : placement_(placement), lattice_(lattice), first_(first), columns_(columns), known_(known) {}
 
 void PixelPlaces::to_lattice(double* x, double* y, std::size_t count) const {
-  placement_.to_degrees(x, y, count);
+  placement_.to_degrees_on_map(x, y, count);
   const double columns = static_cast<double>(lattice_.columns()), rows = static_cast<double>(lattice_.rows());
   for (std::size_t k = 0; k < count; ++k) {
     x[k] = (x[k] + 180) * columns / 360;

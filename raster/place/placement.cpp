@@ -234,4 +234,17 @@ void Placement::to_degrees(double* x, double* y, std::size_t count) const {
   if (!plate_) apply(*to_wgs84_, x, y, count);
 }
 
+void Placement::to_degrees_on_map(double* x, double* y, std::size_t count) const {
+  if (plate_) return to_degrees(x, y, count);
+  constexpr double kSame_px = 0.5;
+  const std::vector<double> column(x, x + count), row(y, y + count);
+  to_degrees(x, y, count);
+  std::vector<double> back_x(x, x + count), back_y(y, y + count);
+  to_pixels(back_x.data(), back_y.data(), count);
+  for (std::size_t k = 0; k < count; ++k) {
+    const double off_x = turn_px_ > 0 ? std::remainder(back_x[k] - column[k], turn_px_) : back_x[k] - column[k];
+    if (!(std::abs(off_x) < kSame_px && std::abs(back_y[k] - row[k]) < kSame_px)) x[k] = y[k] = kNoPlace;
+  }
+}
+
 }  // namespace cordillera::raster

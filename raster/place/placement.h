@@ -25,6 +25,9 @@ class Placement {
   void to_pixels(double* x, double* y, std::size_t count) const;
   /// In place: pixel column -> longitude, row -> latitude; longitudes are taken to within a turn of the raster's centre.
   void to_degrees(double* x, double* y, std::size_t count) const;
+  /// The same, but NaN where that place has its image elsewhere: beyond the outline of a map of the earth PROJ goes on, and tells
+  /// places that other pixels have.
+  void to_degrees_on_map(double* x, double* y, std::size_t count) const;
 
   /// Columns around the earth when the raster closes, else 0.
   int period_px() const { return period_px_; }

@@ -251,6 +251,26 @@ TEST_F(Pixels, AroundTheEarth) {
   EXPECT_LT(off(*source, 2).greatest_m, 0.1);
 }
 
+/// The corners of a sinusoidal map are on no earth, whatever value they have.
+TEST_F(Pixels, BeyondAMapsOutlineThereAreNone) {
+  constexpr double kRadius_m = 6371000, kPi = 3.14159265358979323846, kPixel_m = kPi * kRadius_m / 180;
+  Spec spec;
+  spec.columns = 360, spec.rows = 180;
+  spec.crs = "+proj=sinu +R=6371000 +units=m +no_defs";
+  spec.geotransform = {-180 * kPixel_m, kPixel_m, 0, 90 * kPixel_m, 0, -kPixel_m};
+  const auto is_on_map = [](int c, int r) { return std::abs(c + 0.5 - 180) <= 180 * std::cos((90 - r - 0.5) * kPi / 180); };
+  std::size_t on_map = 0;
+  for (int r = 0; r < spec.rows; ++r)
+    for (int c = 0; c < spec.columns; ++c) on_map += is_on_map(c, r) ? 1 : 0;
+  spec.value = [&](int c, int r) { return is_on_map(c, r) ? 1000.0 : 0.0; };
+  const auto source = must_open(write(spec));
+  const proto::Lattice l = lattice(1);
+  const auto all = source->pixels(l, {0, 0, l.columns(), l.rows()});
+  ASSERT_TRUE(all.ok());
+  EXPECT_EQ(all->size(), on_map);
+  for (const raster::PixelPoint& p : *all) EXPECT_EQ(p.height_m, 1000);
+}
+
 /// Makes a tile of a tiled TIFF unreadable.
 void damage_tile(const std::string& file, int column, int row) {
   std::uint64_t at = 0;
