@@ -22,6 +22,9 @@ struct PixelPoint {
   double height_m = 0;
 };
 
+/// What a source's description says of nodata where a sparse GeoTIFF declares none: blocks that it never stored are voids.
+inline constexpr const char* kUnstoredBlocks = "unstored blocks";
+
 /// Whether the file may point at other files (VRT, sidecars, archives): yes from the command line, no over HTTP.
 enum class Trust { operator_file, posted_file };
 

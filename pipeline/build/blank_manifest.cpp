@@ -1,7 +1,9 @@
 #include "pipeline/build/blank_manifest.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <filesystem>
+#include <utility>
 
 #include "pipeline/build/water_build.h"
 #include "pipeline/encode/encode.h"
@@ -54,6 +56,19 @@ std::optional<std::string> note_on_voids(const std::vector<raster::MosaicMember>
          (count == 1 ? " rasters has no data: " : " rasters have no data: ") + named + (count > kMostNamed ? ", …" : "");
 }
 
+namespace {
+
+/// A sparse file may have left out zeros, or what was never written.
+std::string note_on_unstored(const proto::Manifest& manifest, const std::string& voids) {
+  const auto lacks_blocks = [](const proto::Source& source) { return source.nodata() == raster::kUnstoredBlocks; };
+  const bool open = voids.empty() || voids == "fill" || voids == "hole";
+  if (!open || !(lacks_blocks(manifest.source()) || std::ranges::any_of(manifest.sources(), lacks_blocks))) return "";
+  return "blocks of pixels that a file never stored are voids, and other programs read 0 there, for it declares no nodata value; "
+         "voids=0 makes them ground at height 0";
+}
+
+}  // namespace
+
 std::optional<raster::ValueLook> look_at_values(raster::Source& source) {
   const auto pixels = source.decimate(raster::kPixelsLookedAt);
   if (!pixels.ok() || *pixels == nullptr) return std::nullopt;  // several rasters, or too much of one to be decoded
@@ -88,6 +103,7 @@ proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& p
   if (std::string why = why_waves(plan); !why.empty()) manifest.add_notes(std::move(why));
   if (auto note = note_on_voids(request.members)) manifest.add_notes(std::move(*note));
   if (std::string note = note_on_mask(request.options, source); !note.empty()) manifest.add_notes(std::move(note));
+  if (std::string note = note_on_unstored(manifest, request.options.voids()); !note.empty()) manifest.add_notes(std::move(note));
   *manifest.mutable_options() = effective(request, plan, source, machine);
   manifest.mutable_options()->set_name(manifest.name());
   manifest.mutable_options()->set_title(manifest.title());

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "raster/pixels/short_number.h"
+#include "raster/source.h"
 
 namespace cordillera::raster {
 
@@ -29,7 +30,7 @@ Validity::Validity(const Dataset& dataset) {
     asked_ = around(*dataset.asked_nodata, type);
   }
   if (dataset.mask != nullptr) text_ += text_.empty() ? "mask band" : ", mask band";
-  if (!dataset.missing.empty()) text_ += text_.empty() ? "unstored blocks" : ", unstored blocks";
+  if (!dataset.missing.empty()) text_ += text_.empty() ? kUnstoredBlocks : std::string(", ") + kUnstoredBlocks;
   if (text_.empty()) text_ = "none";
 }
 

@@ -282,6 +282,25 @@ TEST_F(DryRun, OfNoDataIsTheProblemThatABuildWouldHave) {
   EXPECT_EQ(estimate.problem().type, "raster-all-nodata");
 }
 
+/// Zeros that were left out, or what was never written: nobody but the user knows.
+TEST_F(DryRun, NotesBlocksThatWereNeverStored) {
+  Spec spec;
+  spec.columns = spec.rows = 256;
+  spec.create = {"SPARSE_OK=TRUE", "TILED=YES", "BLOCKXSIZE=128", "BLOCKYSIZE=128"};
+  spec.value = [](int c, int) { return c < 128 ? 0.0 : 100.0; };
+  request_.raster_path = write(spec);
+  request_.options = raster_test::plain_options();
+  const proto::Manifest told = guess();
+  ASSERT_EQ(told.notes_size(), 1);
+  EXPECT_THAT(told.notes(0), ::testing::HasSubstr("voids=0 makes them ground"));
+  request_.options.set_voids("0");
+  EXPECT_EQ(guess().notes_size(), 0);
+  request_.options.clear_voids();
+  spec.nodata = 0;
+  request_.raster_path = write(spec, "declared.tif");
+  EXPECT_EQ(guess().notes_size(), 0);
+}
+
 TEST_F(DryRun, LooksAtTheWaterMaskAsABuildDoes) {
   Spec spec;
   spec.columns = spec.rows = 20;
