@@ -81,6 +81,14 @@ int done(const proto::Manifest& manifest, const std::string& place, Verbosity wo
   return kDone;
 }
 
+/// What is said of a stop, where a store was begun that is kept for the next run.
+proto::Problem with_way_on(proto::Problem problem, const fs::path& store) {
+  std::error_code error;
+  if (problem.type == pipeline::kCancelled.type && fs::exists(store, error))
+    problem.detail += "; the same line goes on from what was built";
+  return problem;
+}
+
 /// Writes what the store holds to its place.
 using Exports = std::function<proto::Result<void>(const std::string& store)>;
 
@@ -105,12 +113,12 @@ int build_beside(pipeline::BuildRequest request, const BuildLine& line, const fs
     const bool ours = !begun || line.other == pipeline::Existing::replace;
     const bool goes_on = manifest.problem().type == "cancelled" || manifest.problem().type == "memory-limit";
     if (!goes_on && ours) fs::remove_all(work, error);
-    return fail(manifest.problem());
+    return fail(with_way_on(manifest.problem(), request.store_path));
   }
   times.enter("export");
   const auto exported = exports(request.store_path);
   if (exported || exported.problem().type != pipeline::exports::kStopped.type) fs::remove_all(work, error);
-  if (!exported) return fail(exported.problem());
+  if (!exported) return fail(with_way_on(exported.problem(), request.store_path));
   return done(*manifest, place.string(), line.words, times);
 }
 
@@ -156,7 +164,9 @@ int build_file(pipeline::BuildRequest request, const BuildLine& line) {
   request.store_path = line.output;
   StageTimes times;
   const auto manifest = build_store(request, line.words, times);
-  return manifest ? done(*manifest, line.output, line.words, times) : fail(manifest.problem());
+  if (manifest) return done(*manifest, line.output, line.words, times);
+  const bool is_another = pipeline::StoreReader::open(line.output).ok();  // which --overwrite was to replace
+  return fail(is_another ? manifest.problem() : with_way_on(manifest.problem(), line.output));
 }
 
 /// Whether a format is asked for that has nothing but tiles of Web Mercator.

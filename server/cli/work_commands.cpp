@@ -121,9 +121,11 @@ proto::Result<void> do_stage(const proto::WorkPlan& plan, int number, const Work
       return wrong_value("--threads", line.threads, *wrong, "0 to 1024");
   }
   TaskCounter counter(tasks->size(), line.words);
-  return work::do_tasks(
+  const auto done = work::do_tasks(
       plan, stage, *tasks, order, [&](const proto::WorkTask& task, work::TaskOutcome outcome) { counter.ended(task, outcome); },
       g_asked_to_stop);
+  if (done || done.problem().type != pipeline::kCancelled.type) return done;
+  return Problem{"cancelled", "the work was stopped; the same line goes on with the tasks that are not done", "", ""};
 }
 
 /// "1 task", "2 tasks".
@@ -301,8 +303,12 @@ int work_command(const WorkLine& line) {
   const auto plan = work::read_plan(line.folder);
   if (!plan) return give_up(plan.problem());
   if (line.stage.empty()) {
-    if (!line.task.empty() || !line.part.empty())
-      return wrong_usage({"usage", "a task is one of a stage", "--stage N", "--stage"});
+    if (!line.task.empty() || !line.part.empty()) {
+      return wrong_usage({"usage",
+                          std::string(line.part.empty() ? "--task is one task" : "--part is a part") +
+                              " of one stage, and --stage does not say of which",
+                          "--stage 0 for the blocks, or a higher stage that `cordillera tasks` lists", "--stage"});
+    }
     for (int s = 0; s < plan->stages_size(); ++s) {
       if (const auto done = do_stage(*plan, s, line); !done) return give_up(done.problem());
     }

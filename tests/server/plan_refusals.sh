@@ -114,6 +114,8 @@ says 0 'dry run: nothing was built' plan dem -o dry --dry-run "${options[@]}" --
 ! grep -q 'about less' said || fail 'that is no time'
 [[ ! -e dry ]] || fail 'a dry run writes a plan'
 says 2 'one of the two' work here --stage 0 --task 0 --part 0/2
+says 2 '--part is a part of one stage, .*accepted: --stage 0' work here --part 0/2
+says 2 '--task is one task of one stage, .*accepted: --stage 0' work here --task 0
 
 # While one publishes, another one leaves its work alone and may try again.
 touch twice.sqlite.publishing

@@ -162,7 +162,7 @@ TEST_F(Program, AnUnfinishedBuildGoesOnOnlyWithTheSameRasterAndOptions) {
   const auto stopped = [&] { return interrupted_at("build", build(error)); };
   const Ended first = stopped();
   EXPECT_EQ(first.code, 1);
-  EXPECT_THAT(first.output, HasSubstr("cancelled"));
+  EXPECT_THAT(first.output, HasSubstr("cancelled; the same line goes on from what was built"));
   ASSERT_TRUE(std::filesystem::exists(out + ".building")) << first.output;
   const Ended other = shell(build("--error 30 --max-level 10 -o " + out));
   EXPECT_EQ(other.code, 1);
