@@ -7,7 +7,7 @@
 namespace cordillera::server {
 namespace {
 
-// What the service itself says. Slugs of raster and pipeline need an entry only where 422 is not the right status.
+// What an answer may say.
 const std::vector<ProblemKind>& table() {
   static const std::vector<ProblemKind> kinds = {
       {"body-empty", 400, "No raster was sent"},
@@ -40,7 +40,7 @@ const std::vector<ProblemKind>& table() {
       {"dataset-changing", 409, "Changes of the dataset are pending"},
       {"source-last", 409, "A dataset needs a raster"},
       {"dataset-failed", 409, "The dataset could not be built"},
-      {"idempotency-key-in-use", 409, "A request with this Idempotency-Key is under way"},
+      {"idempotency-key-in-use", 409, "A request with this Idempotency-Key or upload is under way"},
       {"upload-conflict", 409, "The upload stands elsewhere"},
       {"tus-version", 412, "Another version of tus"},
       {"body-too-large", 413, "The body is too large"},
@@ -50,9 +50,37 @@ const std::vector<ProblemKind>& table() {
       {"upload-type", 415, "A part of an upload has a type of its own"},
       {"range-invalid", 416, "The Range header cannot be read"},
       {"range-beyond", 416, "The Range begins behind the end"},
-      {"idempotency-key-reused", 422, "The Idempotency-Key belongs to another request"},
+      {"idempotency-key-reused", 422, "The Idempotency-Key or upload belongs to another request"},
       {"build-time-limit", 422, "The build took longer than it may"},
       {"memory-limit", 422, "The build needs more memory than it may use"},
+      {"mesh-too-large", 422, "The mesh is too large"},
+      {"export-too-large", 422, "The archive is too large"},
+      {"device-unavailable", 422, "The device cannot be used"},
+      {"bbox-outside-raster", 422, "The box lies beside the data"},
+      {"unit-unknown", 422, "The unit of the heights is not known"},
+      {"hgt-name", 422, "The name of an .hgt does not say where it lies"},
+      {"raster-format-unsupported", 422, "The raster's format is not read"},
+      {"raster-truncated", 422, "The raster is not complete"},
+      {"raster-unreadable", 422, "The raster cannot be read"},
+      {"raster-too-large", 422, "The raster is too large"},
+      {"raster-bands", 422, "The raster has no single band of heights"},
+      {"raster-type", 422, "The raster's pixels are no heights"},
+      {"raster-scale", 422, "The raster's scale gives no heights"},
+      {"raster-all-nodata", 422, "The raster has no data"},
+      {"raster-heights-out-of-range", 422, "The raster's heights are out of range"},
+      {"raster-not-georeferenced", 422, "The raster does not say where it lies"},
+      {"raster-without-crs", 422, "The raster names no coordinate system"},
+      {"crs-unknown", 422, "The coordinate system is not known"},
+      {"crs-unsupported", 422, "The coordinate system does not fit"},
+      {"crs-conflict", 422, "The raster says another coordinate system or datum"},
+      {"crs-mismatch", 422, "The coordinates do not fit the coordinate system"},
+      {"crs-not-transformable", 422, "The raster's place cannot be taken to WGS 84"},
+      {"geoid-not-found", 422, "The geoid grid is not installed"},
+      {"geoid-invalid", 422, "The geoid grid cannot be read"},
+      {"geoid-does-not-cover", 422, "The geoid grid does not cover the raster"},
+      {"archive-rasters", 422, "The archive does not hold one raster"},
+      {"archive-too-large", 422, "The archive unpacks to too much"},
+      {"archive-unreadable", 422, "The archive cannot be unpacked"},
       {"too-many-connections", 429, "Too many connections of one client"},
       {"too-many-streams", 429, "Too many waiting requests of one client"},
       {"too-many-uploads", 429, "Too many uploads of one client"},
@@ -79,37 +107,24 @@ const std::vector<ProblemKind>& table() {
   return kinds;
 }
 
-// What rasters and their options are refused for: 422, titles made from the words.
-constexpr const char* kOfBuilds[] = {
-    "mesh-too-large",
-    "export-too-large",
-    "device-unavailable",
-    "bbox-outside-raster",
-    "unit-unknown",
-    "hgt-name",
-    "raster-format-unsupported",
-    "raster-truncated",
-    "raster-unreadable",
-    "raster-too-large",
-    "raster-bands",
-    "raster-type",
-    "raster-scale",
-    "raster-all-nodata",
-    "raster-heights-out-of-range",
-    "raster-not-georeferenced",
-    "raster-without-crs",
-    "crs-unknown",
-    "crs-unsupported",
-    "crs-conflict",
-    "crs-mismatch",
-    "crs-not-transformable",
-    "geoid-not-found",
-    "geoid-invalid",
-    "geoid-does-not-cover",
-    "archive-rasters",
-    "archive-too-large",
-    "archive-unreadable",
+/// What the commands that talk to a service say by themselves. No answer has these.
+struct OwnTitle {
+  std::string_view slug;
+  const char* title;
 };
+constexpr OwnTitle kOfCommands[] = {
+    {"usage", "That line is not understood"},
+    {"config-invalid", "The config file cannot be read"},
+    {"file-unreadable", "The file cannot be read"},
+    {"output-failed", "The output cannot be written"},
+    {"source-changed", "The file has changed meanwhile"},
+    {"service-unreachable", "The service cannot be reached"},
+    {"connection-broken", "The connection broke off"},
+    {"answer-unknown", "That is no answer of a Cordillera service"},
+    {"upload-running", "Another process is sending the file"},
+};
+
+constexpr int kOfNoRow = 422;
 
 std::string title_of(std::string_view slug) {
   std::string title(slug);
@@ -126,13 +141,12 @@ ProblemKind problem_kind(std::string_view slug) {
   for (const ProblemKind& kind : table()) {
     if (kind.slug == slug) return kind;
   }
-  return {std::string(slug), 422, title_of(slug)};
+  for (const OwnTitle& own : kOfCommands) {
+    if (own.slug == slug) return {std::string(slug), kOfNoRow, own.title};
+  }
+  return {std::string(slug), kOfNoRow, title_of(slug)};
 }
 
-std::vector<ProblemKind> all_problem_kinds() {
-  std::vector<ProblemKind> kinds = table();
-  for (const char* slug : kOfBuilds) kinds.push_back(problem_kind(slug));
-  return kinds;
-}
+std::vector<ProblemKind> all_problem_kinds() { return table(); }
 
 }  // namespace cordillera::server

@@ -12,7 +12,7 @@ struct ProblemKind {
   std::string title;
 };
 
-/// The entry of a slug. A slug the table does not know comes from a build: 422, its title made from its words.
+/// The entry of a slug. One that the table does not know is of the command line: 422, and most titles are made from its words.
 ProblemKind problem_kind(std::string_view slug);
 
 /// Every slug that a client may be told, for the API's description.

@@ -309,7 +309,7 @@ TEST_F(Client, WhatFailsIsTold) {
   const std::string id = json(posted)["id"];
   const Ended watched = client("watch " + id);
   EXPECT_EQ(watched.code, 1);
-  EXPECT_THAT(watched.output, HasSubstr("Raster format unsupported\n  bad.tif cannot be opened as a raster\n  accepted: "));
+  EXPECT_THAT(watched.output, HasSubstr("The raster's format is not read\n  bad.tif cannot be opened as a raster\n  accepted: "));
   EXPECT_EQ(json(client("watch -q --json " + id))["type"], "urn:cordillera:problem:raster-format-unsupported");
   const Ended waited = client("post -q --json --wait " + (folder_.path() / "bad.tif").string());
   EXPECT_EQ(waited.code, 1);

@@ -152,7 +152,9 @@ TEST(Problems, OneTableGivesStatusAndTitle) {
   EXPECT_EQ(problem_kind("body-too-large").status, 413);
   const ProblemKind unknown = problem_kind("raster-not-georeferenced");
   EXPECT_EQ(unknown.status, 422);
-  EXPECT_EQ(unknown.title, "Raster not georeferenced");
+  EXPECT_EQ(unknown.title, "The raster does not say where it lies");
+  EXPECT_EQ(problem_kind("usage").title, "That line is not understood") << "of a command alone";
+  EXPECT_EQ(problem_kind("store-missing").title, "Store missing");
 }
 
 TEST(Problems, TheDocumentIsWhatRfc9457Says) {
