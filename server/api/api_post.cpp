@@ -136,12 +136,10 @@ Response post(Service& service, const Request& request, Come* come, const std::s
   Row earlier;
   if (!posting->delivery.key.empty()) {
     key = service.key_token(request.who.name, posting->delivery.key);
-    if (!key) {
-      return problem_response({"idempotency-key-in-use", "a request with this Idempotency-Key is under way", "trying again later",
-                               "Idempotency-Key"});
-    }
+    if (!key) return problem_response(key_in_use(posting->delivery));
     earlier = service.registry().find_by_key(request.who.name, posting->delivery.key);
-    if (earlier && earlier->options_hash != posting->options_hash) return problem_response(key_reused("other options"));
+    if (earlier && earlier->options_hash != posting->options_hash)
+      return problem_response(key_reused(posting->delivery, earlier->id, "other options"));
   }
   auto place = come != nullptr ? proto::Result<limits::Slot>(std::move(come->place))
                                : service.admission().enter(sender(request), posting->delivery.expected,
@@ -157,7 +155,8 @@ Response post(Service& service, const Request& request, Come* come, const std::s
   if (const auto taken = take_raster(service, posting->delivery, request, upload); !taken)
     return problem_response(taken.problem());
   const std::string hash = come != nullptr ? come->hash : posting->again ? digest(posting->delivery.address) : upload.body_hash();
-  if (earlier && earlier->body_hash != hash) return problem_response(key_reused("another raster"));
+  if (earlier && earlier->body_hash != hash)
+    return problem_response(key_reused(posting->delivery, earlier->id, "another raster"));
   if (posting->settings.dry_run) return dry_run(service.queue(), request, dry_job(*posting, upload), upload.folder());
   if (!earlier) return create(service, *posting, {upload, more, hash}, request, std::move(*place));
   place->reset();

@@ -153,13 +153,14 @@ Response accepted(Service& service, const Dataset& dataset, const std::string& c
 }
 
 /// The change that an earlier request with this key came to; nullopt: none. A problem: another request had it.
-proto::Result<std::optional<proto::SourceChange>> earlier(Ledger& ledger, const std::string& id, const proto::SourceChange& now) {
+proto::Result<std::optional<proto::SourceChange>> earlier(Ledger& ledger, const std::string& id, const ChangeRequest& asked) {
+  const proto::SourceChange& now = asked.change;
   if (now.idempotency_key().empty()) return std::optional<proto::SourceChange>();
   const proto::SourceChanges changes = ledger.read(id);
   for (const auto* list : {&changes.ended(), &changes.pending()}) {
     for (const proto::SourceChange& change : *list) {
       if (change.idempotency_key() != now.idempotency_key()) continue;
-      if (change.request_hash() != now.request_hash()) return key_reused("another request");
+      if (change.request_hash() != now.request_hash()) return key_reused(asked.delivery, id, "another request");
       return std::optional(change);
     }
   }
@@ -192,11 +193,9 @@ Response changed(Service& service, const Request& sent, const Dataset& dataset, 
   auto asked = read_change(service.settings(), request, dataset, route, service.ledger().expected(dataset.id));
   if (!asked) return problem_response(asked.problem());
   Token key;
-  if (!asked->delivery.key.empty() && !(key = service.key_token(request.who.name, dataset.id + " " + asked->delivery.key))) {
-    return problem_response(
-        {"idempotency-key-in-use", "a request with this Idempotency-Key is under way", "trying again later", "Idempotency-Key"});
-  }
-  const auto before = earlier(service.ledger(), dataset.id, asked->change);
+  if (!asked->delivery.key.empty() && !(key = service.key_token(request.who.name, dataset.id + " " + asked->delivery.key)))
+    return problem_response(key_in_use(asked->delivery));
+  const auto before = earlier(service.ledger(), dataset.id, *asked);
   if (!before) return problem_response(before.problem());
   if (*before && !asked->delivery.upload.empty() && !service.uploads().find(asked->delivery.upload)) {
     return accepted(service, dataset, (*before)->id(), asked->delivery, good);  // made of this very upload
@@ -208,7 +207,7 @@ Response changed(Service& service, const Request& sent, const Dataset& dataset, 
   if (const auto taken = take_raster(service, asked->delivery, request, upload); !taken) return problem_response(taken.problem());
   if (*before) {
     if ((*before)->source().hash() != upload.body_hash() && (*before)->source().url().empty())
-      return problem_response(key_reused("another raster"));
+      return problem_response(key_reused(asked->delivery, dataset.id, "another raster"));
     return accepted(service, dataset, (*before)->id(), asked->delivery, good);
   }
   source.set_hash(upload.body_hash());

@@ -86,8 +86,7 @@ proto::Result<ChangeRequest> read_change(const Settings& server, const Request& 
   if (auto refused = take_options(server, words.settings.build, old, asked.delivery, *source.mutable_spec())) return *refused;
   const RasterIs raster = request.method == "POST" ? RasterIs::needed : RasterIs::optional;
   if (auto refused = check_delivery(server.serve, request, raster, asked.delivery)) return *refused;
-  // A client that was cut off asks again: an upload makes one change.
-  if (asked.delivery.key.empty() && !asked.delivery.upload.empty()) asked.delivery.key = "upload " + asked.delivery.upload;
+  asked.delivery.key_by_upload();
   change.set_idempotency_key(own_key(request, asked.delivery.key));
   if (!asked.delivery.any()) return asked;
   source.mutable_spec()->set_path(raster_path(source.spec().name()));

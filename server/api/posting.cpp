@@ -83,8 +83,7 @@ proto::Result<Posting> read_posting(Service& service, const Request& request, Ra
   if (!posting.delivery.upload.empty()) {
     const auto begun = service.uploads().find(posting.delivery.upload);
     if (name.empty() && begun && !begun->name.empty()) posting.name = begun->name;
-    // A client that was cut off asks again: an upload becomes one dataset.
-    if (posting.delivery.key.empty() && !posting.settings.dry_run) posting.delivery.key = "upload " + posting.delivery.upload;
+    if (!posting.settings.dry_run) posting.delivery.key_by_upload();
   }
   posting.options_hash =
       digest(to_json_line(posting.settings.build) + (posting.settings.dry_run ? "dry" : "") +

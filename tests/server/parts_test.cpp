@@ -125,6 +125,24 @@ TEST(Parts, OneThatBreaksOffIsToldAndKeptAsFarAsItCame) {
   EXPECT_EQ(test.api().handle(part).status, 204);
 }
 
+TEST(Parts, AnUploadThatWentIntoADatasetIsNoOtherOne) {
+  TestService test;
+  const std::string one = place_of(begin(test, "192.0.2.1")), upload = one.substr(one.rfind('/') + 1);
+  ASSERT_EQ(test.api().handle(part_of(one, "192.0.2.1")).status, 204);
+  const auto post = [&](const std::string& name, const std::map<std::string, std::string>& headers = {}) {
+    return test.post("", {{"name", name}, {"upload", upload}}, headers);
+  };
+  const std::string id = posted_id(post("a.tif"));
+  EXPECT_EQ(posted_id(post("a.tif")), id) << "a client that was cut off asks again";
+  const Json other = body_of(post("b.tif"));
+  EXPECT_EQ(other["type"], "urn:cordillera:problem:idempotency-key-reused");
+  EXPECT_EQ(other["parameter"], "upload");
+  EXPECT_EQ(other["detail"], "the upload '" + upload + "' went into dataset " + id + ", with other options");
+  EXPECT_EQ(body_of(post("b.tif", {{"idempotency-key", "own"}}))["type"], "urn:cordillera:problem:upload-unknown");
+  const auto held = test.service().key_token("", "upload " + upload);
+  EXPECT_EQ(body_of(post("a.tif"))["parameter"], "upload") << "a request with it is under way";
+}
+
 TEST(Parts, AnImpossibleLengthIsToldAsSuch) {
   TestService test;
   const auto begun = [&](const std::string& length) {

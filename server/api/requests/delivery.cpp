@@ -13,6 +13,7 @@ namespace cordillera::server {
 namespace {
 
 constexpr std::chrono::seconds kLongestPost{600};
+const std::string kKeyOfUpload = "upload ";
 
 proto::Problem body_empty() {
   return {"body-empty", "the request has no body",
@@ -112,9 +113,26 @@ Request watched(const Request& request, limits::Space::Claim& claim, std::string
   return watched;
 }
 
-proto::Problem key_reused(const std::string& what) {
+void Delivery::key_by_upload() {
+  if (key.empty() && !upload.empty()) key = kKeyOfUpload + upload;
+}
+
+bool Delivery::is_keyed_by_upload() const { return !upload.empty() && key == kKeyOfUpload + upload; }
+
+proto::Problem key_reused(const Delivery& delivery, const std::string& dataset, const std::string& what) {
+  if (delivery.is_keyed_by_upload()) {
+    return {"idempotency-key-reused", "the upload '" + delivery.upload + "' went into dataset " + dataset + ", with " + what,
+            "the query of that request, or another upload", "upload"};
+  }
   return {"idempotency-key-reused", "this Idempotency-Key was used with " + what, "a new key for a new request",
           "Idempotency-Key"};
+}
+
+proto::Problem key_in_use(const Delivery& delivery) {
+  const bool by_upload = delivery.is_keyed_by_upload();
+  return {"idempotency-key-in-use",
+          std::string("a request with this ") + (by_upload ? "upload" : "Idempotency-Key") + " is under way",
+          "trying again later", by_upload ? "upload" : "Idempotency-Key"};
 }
 
 std::optional<proto::Problem> check_delivery(const ServeSettings& settings, const Request& request, RasterIs raster,

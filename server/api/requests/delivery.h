@@ -12,11 +12,15 @@
 namespace cordillera::server {
 
 struct Delivery : RasterWords {
-  std::string key;                          ///< Idempotency-Key, or empty
+  std::string key;                          ///< Idempotency-Key, or that of the upload, or empty
   bool body = false;                        ///< it is the body
   std::chrono::seconds wait{0};             ///< Prefer: wait
   std::optional<std::uint64_t> expected{};  ///< bytes of the body, if that is known
   bool any() const { return body || !upload.empty() || !address.empty(); }
+
+  /// A client that was cut off asks again: an upload becomes one thing, also without a key.
+  void key_by_upload();
+  bool is_keyed_by_upload() const;
 };
 
 enum class RasterIs { needed, optional };
@@ -38,7 +42,9 @@ proto::Result<void> take_raster(Service& service, const Delivery& delivery, cons
 /// that comes.
 Request watched(const Request& request, limits::Space::Claim& claim, std::string* full);
 
-/// 422: the key belongs to another request. what: that it was used with.
-proto::Problem key_reused(const std::string& what);
+/// 422: the key belongs to another request, or the upload without one. dataset: what came of that; what: it was used with.
+proto::Problem key_reused(const Delivery& delivery, const std::string& dataset, const std::string& what);
+/// 409: another request with it has not been answered.
+proto::Problem key_in_use(const Delivery& delivery);
 
 }  // namespace cordillera::server
