@@ -253,7 +253,8 @@ Response of_terrain(const std::shared_ptr<const pipeline::faces::Terrain>& terra
   return response;
 }
 
-std::optional<Response> not_ready(const Dataset& dataset) {
+enum class Needs { all, anything };  ///< of a dataset: finished, or what of it can be read by now
+std::optional<Response> not_ready(const Dataset& dataset, Needs needs) {
   if (dataset.state == State::ready) return std::nullopt;
   if (dataset.state == State::failed) {
     const std::string why = dataset.problem ? dataset.problem->detail : "its build failed";
@@ -261,13 +262,13 @@ std::optional<Response> not_ready(const Dataset& dataset) {
                                                          : "asking later: its address is tried again, or another one";
     return problem_response({"dataset-failed", "dataset " + dataset.id + " has nothing to fetch: " + why, accepted, ""});
   }
-  const bool lazy = is_lazy(dataset);
-  return problem_response({"dataset-not-ready",
-                           "dataset " + dataset.id + " is " + to_string(dataset.state) +
-                               (lazy ? ", and its blocks are made as their tiles are asked for" : ""),
-                           (lazy ? "PATCH /v1/datasets/" + dataset.id + "?build=full, and " : std::string()) +
-                               "asking again when GET /v1/datasets/" + dataset.id + " says ready",
-                           ""});
+  const std::string path = "/v1/datasets/" + dataset.id, is = "dataset " + dataset.id + " is " + to_string(dataset.state);
+  if (!is_lazy(dataset)) return problem_response({"dataset-not-ready", is, "asking again when GET " + path + " says ready", ""});
+  if (needs == Needs::anything)
+    return problem_response(
+        {"dataset-not-ready", is + ", and its first tiles are still to come", "asking again in a moment", ""});
+  return problem_response({"dataset-not-ready", is + ", and its blocks are made as their tiles are asked for",
+                           "PATCH " + path + "?build=full, and asking again when GET " + path + " says ready", ""});
 }
 
 /// A request of a dataset that is not built, or not to its end.
@@ -345,14 +346,8 @@ Response published_folder(Service& service, const Dataset& dataset, const Route&
   return problem_response(service.library().open(dataset.id).problem());
 }
 
-}  // namespace
-
-const char* cache_control(const Route& route) {
-  return route.version.empty() ? "public, no-cache" : "public, max-age=31536000, immutable";
-}
-
-Opened open_published(Service& service, const Dataset& dataset, const Route& route) {
-  if (auto refusal = not_ready(dataset)) return {nullptr, std::move(*refusal)};
+Opened open_built(Service& service, const Dataset& dataset, const Route& route, Needs needs) {
+  if (auto refusal = not_ready(dataset, needs)) return {nullptr, std::move(*refusal)};
   const auto terrain = service.library().open(dataset.id);
   if (!terrain) return {nullptr, problem_response(terrain.problem())};
   if (!route.version.empty() && route.version != version_in(**terrain)) {
@@ -363,13 +358,23 @@ Opened open_published(Service& service, const Dataset& dataset, const Route& rou
   return {*terrain, {}};
 }
 
+}  // namespace
+
+const char* cache_control(const Route& route) {
+  return route.version.empty() ? "public, no-cache" : "public, max-age=31536000, immutable";
+}
+
+Opened open_published(Service& service, const Dataset& dataset, const Route& route) {
+  return open_built(service, dataset, route, Needs::all);
+}
+
 Opened open_readable(Service& service, const Dataset& dataset, const Route& route) {
   if (dataset.state == State::ready || dataset.state == State::failed || !route.version.empty())
     return open_published(service, dataset, route);
   if (auto terrain = service.library().provisional(dataset.id)) return {std::move(terrain), {}};
   // It may have become ready since it was looked up, and the provisional tiles have gone for that.
   const Row now = service.find(dataset.id);
-  return open_published(service, now ? *now : dataset, route);
+  return open_built(service, now ? *now : dataset, route, Needs::anything);
 }
 
 std::optional<Awaited> awaited_tile(const Request& request, const Route& route) {

@@ -142,6 +142,18 @@ TEST_F(Live, OffMeansNoneUntilTheBuildIsDone) {
   EXPECT_TRUE(reaches(id, "ready"));
 }
 
+/// Its job waits for its turn, so nothing of it can be read yet.
+TEST_F(Live, ALazyOneIsAskedAgainInAMoment) {
+  const std::string first = id_of(test_.post("SLOW"));
+  EXPECT_TRUE(eventually([&] { return test_.service().hub().now(first).progress.has_value(); }));
+  const std::string id = id_of(test_.post("GOOD", {{"build", "lazy"}}));
+  const Json soon = body_of(test_.get(at(id, "/manifest.json")));
+  EXPECT_EQ(soon["type"], "urn:cordillera:problem:dataset-not-ready");
+  EXPECT_EQ(soon["accepted"], "asking again in a moment");
+  EXPECT_THAT(body_of(test_.get(at(id, "/versions")))["accepted"], HasSubstr("build=full")) << "a version has all of its blocks";
+  EXPECT_EQ(test_.send("DELETE", at(first)).status, 204);
+}
+
 TEST_F(Live, MetricsHaveTheTimeToTheFirstTile) {
   const std::string id = posted();
   EXPECT_THAT(test_.service().metrics().text(), HasSubstr("cordillera_first_tile_seconds_count{kind=\"provisional\"} 1"));
