@@ -56,6 +56,7 @@ Response index(const Request& request) {
       {"readiness", "/readyz"},     {"metrics", "/metrics"},  {"viewer", "/"},   {"description", "/api"}};
   for (const auto& [name, path] : kLinks) json["links"][name] = root + path;
   for (const OptionSpec& option : post_options()) {
+    if (option.open_to == OpenTo::operators) continue;
     json["options"][spelt(option.name, Spelling::query)] = {{"help", option.help}, {"accepted", option.accepted}};
   }
   Response response = json_response(200, json);

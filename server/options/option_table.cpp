@@ -165,8 +165,13 @@ std::vector<OptionSpec> make_build_options() {
       {"water", "HEIGHT",
        "pixels of exactly this height, in metres above the vertical datum, are water: quantized-mesh then has water masks",
        "a height in metres, -16384 to 16384", apply_number<&BuildOptions::set_water, -kHeight_m, kHeight_m>},
-      {"water-mask", "FILE", "a raster in any CRS that is not zero where water is, in place of water; on the command line only",
-       "a single-band raster that GDAL can read", apply_text<&BuildOptions::mutable_water_mask>},
+      {"water-mask",
+       "FILE",
+       "a raster in any CRS that is not zero where water is, in place of water; on the command line only",
+       "a single-band raster that GDAL can read",
+       apply_text<&BuildOptions::mutable_water_mask>,
+       {},
+       OpenTo::operators},
       {"strategy", "NAME",
        "how meshes are simplified; exact: large blocks, no sample ever farther off than the error; auto: exact where it can be, "
        "else waves; cleap and sequential: the published "

@@ -6,6 +6,11 @@
 namespace cordillera::server {
 namespace {
 
+/// Whether who spells so is told of it.
+bool is_offered(const OptionName& option, Spelling spelling) {
+  return spelling != Spelling::query || option.open_to == OpenTo::requests;
+}
+
 std::string underscored(std::string name) {
   std::replace(name.begin(), name.end(), '-', '_');
   return name;
@@ -15,7 +20,9 @@ std::string underscored(std::string name) {
 std::string hint_of(const std::string& said, const std::vector<OptionName>& names, Spelling spelling) {
   if (said == "scheme") return ": it had one value, and is left out now";
   std::vector<std::string> spellings;
-  for (const OptionName& name : names) spellings.push_back(spelt(name.name, spelling));
+  for (const OptionName& name : names) {
+    if (is_offered(name, spelling)) spellings.push_back(spelt(name.name, spelling));
+  }
   auto nearest = nearest_name(said, spellings);
   if (const auto meant = meant_by_habit(said)) {
     const std::string word = spelt(*meant, spelling);
@@ -49,7 +56,9 @@ std::optional<std::size_t> place_of(const std::string& said, const std::vector<O
 
 std::string listed(const std::vector<OptionName>& names, Spelling spelling) {
   std::string all;
-  for (const OptionName& name : names) all += (all.empty() ? "" : ", ") + spelt(name.name, spelling);
+  for (const OptionName& name : names) {
+    if (is_offered(name, spelling)) all += (all.empty() ? "" : ", ") + spelt(name.name, spelling);
+  }
   return all;
 }
 

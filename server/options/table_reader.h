@@ -22,6 +22,10 @@ std::string spelt(const std::string& name, Spelling spelling);
 /// One layer of options, in the order given: names as the user spelt them.
 using Given = std::vector<std::pair<std::string, std::string>>;
 
+/// Who may say an option. A request that says one of operators is understood, and told so; what lists the words of requests
+/// leaves it out.
+enum class OpenTo { requests, operators };
+
 /// A row: what may be said of a Wish.
 template <class Wish>
 struct OptionOf {
@@ -31,6 +35,7 @@ struct OptionOf {
   std::string accepted;  ///< for problems and help: what values there are
   std::function<Complaint(std::string_view text, Wish& wish)> apply;
   std::string alias = {};  ///< an older name that still works
+  OpenTo open_to = OpenTo::requests;
 };
 
 /// A row for a whole number. place: where a wish has it, a member or what gives a reference.
@@ -46,7 +51,7 @@ std::vector<OptionOf<Wish>> lifted(const std::vector<OptionOf<Part>>& table, Par
   std::vector<OptionOf<Wish>> rows;
   for (const OptionOf<Part>& row : table) {
     const auto apply = [apply = row.apply, part](std::string_view text, Wish& wish) { return apply(text, wish.*part); };
-    rows.push_back({row.name, row.value, row.help, row.accepted, apply, row.alias});
+    rows.push_back({row.name, row.value, row.help, row.accepted, apply, row.alias, row.open_to});
   }
   return rows;
 }
@@ -63,17 +68,18 @@ struct TableWords {
 /// A name of a table, or its older one.
 struct OptionName {
   std::string name, alias;
+  OpenTo open_to = OpenTo::requests;
 };
 template <class Wish>
 std::vector<OptionName> names_in(const std::vector<OptionOf<Wish>>& table) {
   std::vector<OptionName> names;
-  for (const OptionOf<Wish>& option : table) names.push_back({option.name, option.alias});
+  for (const OptionOf<Wish>& option : table) names.push_back({option.name, option.alias, option.open_to});
   return names;
 }
 
 /// The place among names of what somebody spelt so. Over HTTP the command line's dashes are understood, too.
 std::optional<std::size_t> place_of(const std::string& said, const std::vector<OptionName>& names, Spelling spelling);
-/// "vertical_datum, nodata": as spelt, with commas between.
+/// "vertical_datum, nodata": as spelt, with commas between; of a query those that are open to requests.
 std::string listed(const std::vector<OptionName>& names, Spelling spelling);
 /// "option-unknown", with the name that was meant, where one is near, or where other programs call it so.
 proto::Problem unknown_option(const std::string& said, const std::vector<OptionName>& names, const TableWords& words);

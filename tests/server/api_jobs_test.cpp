@@ -10,7 +10,9 @@
 namespace cordillera::server {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 TEST(Api, AFailedBuildIsAProblem) {
   TestService test;
@@ -43,7 +45,10 @@ TEST(Api, ALostGpuMeansTheCpu) {
 TEST(Api, BadRequestsLeaveNothing) {
   TestService test;
   EXPECT_EQ(slug_of(test.post("")), "body-empty");
-  EXPECT_EQ(slug_of(test.post("GOOD", {{"eror", "1"}})), "option-unknown");
+  const Response unknown = test.post("GOOD", {{"eror", "1"}});
+  EXPECT_EQ(slug_of(unknown), "option-unknown");
+  EXPECT_THAT(body_of(unknown)["accepted"], AllOf(HasSubstr(", water, "), Not(HasSubstr("water_mask")))) << "which is refused";
+  EXPECT_FALSE(body_of(test.get("/v1"))["options"].contains("water_mask"));
   EXPECT_EQ(body_of(test.post("GOOD", {{"error", "x"}}))["parameter"], "error");
   EXPECT_EQ(slug_of(test.post("GOOD", {}, {{"content-type", "multipart/form-data"}})), "form-invalid") << "without a boundary";
   EXPECT_EQ(test.post("GOOD", {}, {{"content-type", "multipart/mixed; boundary=x"}}).status, 415);

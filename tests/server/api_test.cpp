@@ -250,6 +250,7 @@ TEST(Api, AMissingTileSaysWhichThereAre) {
   EXPECT_EQ(test.get(base + "/tiles/25/0/0.drc").status, 404);
   EXPECT_EQ(slug_of(test.get("/v1/datasets/nobody/tiles/0/0/0.drc")), "dataset-unknown");
   EXPECT_EQ(slug_of(test.get(base + "/tiles/0/0/0.png")), "not-found");
+  EXPECT_THAT(body_of(test.get("/openapi"))["accepted"], HasSubstr("/api,")) << "it is searched for by that name";
 }
 
 }  // namespace

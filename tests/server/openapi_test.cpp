@@ -156,13 +156,40 @@ TEST(OpenApi, OptionsOfAPostAreParameters) {
   for (const Json& parameter : document["paths"]["/v1/datasets"]["post"]["parameters"]) {
     if (parameter["in"] == "query") said.insert(parameter["name"]);
   }
-  for (const OptionSpec& option : post_options()) wanted.insert(spelt(option.name, Spelling::query));
+  for (const OptionSpec& option : post_options()) {
+    if (option.open_to == OpenTo::requests) wanted.insert(spelt(option.name, Spelling::query));
+  }
   for (const char* of_the_body : {"upload", "source", "updates"}) wanted.insert(of_the_body);
   EXPECT_EQ(said, wanted);
+  EXPECT_EQ(said.count("water_mask"), 0u) << "a request that names a file of the operator's machine is refused";
   Words of_meshes;
   for (const Json& parameter : document["paths"]["/v1/datasets/{id}/mesh.{mesh_format}"]["get"]["parameters"])
     of_meshes.insert(parameter["name"]);
   EXPECT_EQ(of_meshes.size(), mesh_options().size());
+}
+
+/// What is refused without a header says that it is required.
+TEST(OpenApi, HeadersOfAnUploadAreRequiredWhereNothingGoesWithoutThem) {
+  const Json paths = description()["paths"];
+  const auto header = [&paths](const char* path, const char* method, const char* name) {
+    for (const Json& parameter : paths[path][method]["parameters"]) {
+      if (parameter["name"] == name && parameter["in"] == "header")
+        return parameter.value("required", false) ? "required" : "may be";
+    }
+    return "none";
+  };
+  const char* one = "/v1/uploads/{id}";
+  EXPECT_STREQ(header("/v1/uploads", "post", "Upload-Length"), "required");
+  EXPECT_STREQ(header("/v1/uploads", "post", "Upload-Metadata"), "may be");
+  EXPECT_STREQ(header("/v1/uploads", "post", "Tus-Resumable"), "may be");
+  EXPECT_STREQ(header(one, "patch", "Upload-Offset"), "required");
+  for (const char* method : {"get", "patch", "delete"}) EXPECT_STREQ(header(one, method, "Tus-Resumable"), "may be") << method;
+}
+
+TEST(OpenApi, ABodyOfFieldsIsDescribedWhereItIsTaken) {
+  const Json content = description()["paths"]["/v1/datasets/{id}"]["patch"]["requestBody"]["content"];
+  EXPECT_EQ(content["application/x-www-form-urlencoded"], content["application/json"]);
+  EXPECT_TRUE(content["application/json"]["schema"].contains("$ref"));
 }
 
 TEST(OpenApi, TokensAreAScheme) {

@@ -44,6 +44,10 @@ Json query(const std::string& name, const std::string& about) {
 Json header(const char* name, const char* about) {
   return {{"name", name}, {"in", "header"}, {"description", about}, {"schema", {{"type", "string"}}}};
 }
+Json required(Json parameter) {
+  parameter["required"] = true;
+  return parameter;
+}
 
 Json& item(Json& paths, const std::string& path) {
   Json& made = paths[path];

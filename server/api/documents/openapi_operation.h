@@ -20,6 +20,8 @@ Json operation(const std::string& id, const std::string& tag, const Operation& f
 
 Json query(const std::string& name, const std::string& about);
 Json header(const char* name, const char* about);
+/// Without it the request is refused.
+Json required(Json parameter);
 
 /// The item of a path among all paths, with the parameters in its address.
 Json& item(Json& paths, const std::string& path);

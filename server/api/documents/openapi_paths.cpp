@@ -30,16 +30,14 @@ Json prefer_of_reading() {
 template <class Wish>
 Json parameters_of(const std::vector<OptionOf<Wish>>& table) {
   Json parameters = Json::array();
-  for (const OptionOf<Wish>& option : table)
-    parameters.push_back(query(spelt(option.name, Spelling::query), option.help + "; accepted: " + option.accepted));
+  for (const OptionOf<Wish>& option : table) {
+    if (option.open_to == OpenTo::requests)
+      parameters.push_back(query(spelt(option.name, Spelling::query), option.help + "; accepted: " + option.accepted));
+  }
   return parameters;
 }
 
-Json url_parameter() {
-  Json url = query("url", "the address of a raster that the operator lets the service fetch");
-  url["required"] = true;
-  return url;
-}
+Json url_parameter() { return required(query("url", "the address of a raster that the operator lets the service fetch")); }
 
 Json post_parameters() {
   Json parameters = parameters_of(post_words());
@@ -80,6 +78,7 @@ void describe_datasets(Operations& all) {
       {{"200", answer("The dataset", "application/json", "dataset")}},
       parameters_of(description_words()),
       {{"required", false}, {"content", content_of("application/json", "description")}}};
+  all["describe_dataset"].body["content"].update(content_of("application/x-www-form-urlencoded", "description"));
   all["delete_dataset"] = {"Remove a dataset; a running build is cancelled", {{"204", {{"description", "It is gone"}}}}};
   all["events"] = {"Progress as server-sent events, `tiles` whenever other tiles can be read, then one `ready` or `failed`",
                    {{"200", answer("A stream of events", "text/event-stream")}}};
@@ -90,17 +89,19 @@ void describe_datasets(Operations& all) {
 }
 
 void describe_uploads(Operations& all) {
-  all["begin_upload"] = {
-      "Begin an upload in parts (tus 1.0)",
-      {{"201", bare("It begins at offset 0", {"Location", "Upload-Offset", "Tus-Resumable"})}},
-      Json::array({header("Upload-Length", "bytes of the raster"), header("Upload-Metadata", "filename and its base64")})};
+  const Json tus = header("Tus-Resumable", "1.0.0, as without it; any other is refused");
+  all["begin_upload"] = {"Begin an upload in parts (tus 1.0)",
+                         {{"201", bare("It begins at offset 0", {"Location", "Upload-Offset", "Tus-Resumable"})}},
+                         Json::array({required(header("Upload-Length", "bytes of the raster")),
+                                      header("Upload-Metadata", "filename and its base64"), tus})};
   all["upload"] = {"How much of it is on disk for good; a HEAD has it in Upload-Offset and Upload-Length",
-                   {{"200", answer("The upload", "application/json")}}};
+                   {{"200", answer("The upload", "application/json")}},
+                   Json::array({tus})};
   all["continue_upload"] = {"Bytes from the offset on",
                             {{"204", bare("They are on disk", {"Upload-Offset", "Tus-Resumable"})}},
-                            Json::array({header("Upload-Offset", "where the body begins: what HEAD told")}),
+                            Json::array({required(header("Upload-Offset", "where the body begins: what HEAD told")), tus}),
                             {{"required", true}, {"content", content_of("application/offset+octet-stream", nullptr)}}};
-  all["end_upload"] = {"Throw it away", {{"204", bare("It is gone", {"Tus-Resumable"})}}};
+  all["end_upload"] = {"Throw it away", {{"204", bare("It is gone", {"Tus-Resumable"})}}, Json::array({tus})};
 }
 
 /// What one raster of several may have of its own.
@@ -155,7 +156,7 @@ void describe_stac(Operations& all) {
   all["stac_collections"] = get_of("The one collection", "application/json");
   all["stac_collection"] = get_of("The collection of all datasets", "application/json");
   all["stac_items"] = get_of("Datasets that are ready as items, newest first, at most 100 a page; the link `next` leads on", geo);
-  all["stac_items"].parameters = {query("limit", "most items of a page, 1 to 100"),
+  all["stac_items"].parameters = {query("limit", "most items of a page, 1 to 1000; above 100 it is 100"),
                                   query("after", "where the page before ended; the link `next` has it"),
                                   query("bbox", "only those that touch this box: west,south,east,north in degrees")};
   all["stac_item"] = get_of("A dataset as an item", geo);

@@ -107,7 +107,8 @@ Response page(WebFiles& files, const std::string& folder, const Request& request
   const auto file = inside(folder, root ? "/index.html" : path);
   if (!file) {
     if (root) return plain_page(datasets());
-    return problem_response({"not-found", "there is nothing at " + path.substr(0, 200), "/, /v1 and what they link to", ""});
+    return problem_response(
+        {"not-found", "there is nothing at " + path.substr(0, 200), "/, /api, /v1 and what they link to", ""});
   }
   std::error_code error;
   const bool packed = fs::is_regular_file(file->string() + ".br", error) && accepts(request, "br");
