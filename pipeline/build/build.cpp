@@ -20,6 +20,7 @@
 #include "pipeline/store/content_hash.h"
 #include "pipeline/store/mesh_files.h"
 #include "pipeline/store/store.h"
+#include "pipeline/store/store_place.h"
 #include "proto/ellipsoid.h"
 #include "proto/mesh.h"
 #include "proto/version.h"
@@ -179,11 +180,14 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
     if (const auto piloted = run_pilot(builder, *plan, stop); !piloted.ok()) return piloted.problem();
     builder.use(*plan);
   }
+  auto place = request.old_stays && request.other == Existing::replace ? StorePlace::replacing(request.store_path, *plan)
+                                                                       : StorePlace(request.store_path);
+  if (!place.ok()) return place.problem();
   // A store that is there is not touched for a device that is not.
-  if (std::filesystem::exists(request.store_path)) {
+  if (std::filesystem::exists(place->path())) {
     if (const auto ready = builder.opened(); !ready.ok()) return ready.problem();
   }
-  auto store = StoreWriter::open(request.store_path, *plan, request.other);
+  auto store = StoreWriter::open(place->path(), *plan, request.other);
   if (!store.ok()) return store.problem();
   // While blocks are made, where there is a thread for it; a lazy build seldom comes to its end.
   const bool at_the_end =
@@ -194,7 +198,7 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
   const auto made = make_stages(site, stages_of(*plan));
   if (const auto ready = builder.opened(); !ready.ok()) {  // so the store was begun here
     store->reset();
-    remove_store(request.store_path);
+    remove_store(place->path());
     return ready.problem();
   }
   if (!made.ok()) return made.problem();
@@ -208,6 +212,10 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
   manifest.set_device(builder.device());  // in the manifest alone: tiles are the same bytes wherever they were made
   auto published = (*store)->publish(std::move(manifest));
   if (!published.ok() && published.problem().type == "no-data") return without_data(request);
+  if (published.ok()) {
+    store->reset();
+    if (const auto settled = place->settle(); !settled.ok()) return settled.problem();
+  }
   teller.tell(1);
   return published;
 }

@@ -49,6 +49,7 @@ struct BuildRequest {
   std::string id;                      ///< dataset id, goes into the manifest
   std::string store_path;              ///< an unfinished store of the same plan is continued
   Existing other = Existing::replace;  ///< a store of another plan at store_path
+  bool old_stays = false;              ///< until the new one is finished, if it is finished itself and is to be replaced
   proto::BuildOptions options;
   std::int64_t block_samples = 0;  ///< blocks of so many samples of the finest level at most; 0: as the plan has them
   std::vector<raster::MosaicMember> members{};  ///< several rasters, the one that wins first

@@ -80,7 +80,13 @@ std::exception_ptr failure_of(sqlite3* handle) {
 
 void remove_database(const std::string& path) {
   std::error_code ignored;
-  for (const char* suffix : {"", "-journal", "-wal", "-shm"}) std::filesystem::remove(path + suffix, ignored);
+  std::filesystem::remove(path, ignored);
+  remove_logs(path);
+}
+
+void remove_logs(const std::string& path) {
+  std::error_code ignored;
+  for (const char* suffix : {"-journal", "-wal", "-shm"}) std::filesystem::remove(path + suffix, ignored);
 }
 
 Database::Database(const std::string& path, Mode mode) {

@@ -29,6 +29,8 @@ class DiskFull : public StoreError {
 
 /// Removes the database and what SQLite keeps beside it; says nothing where one cannot be removed.
 void remove_database(const std::string& path);
+/// Only what SQLite keeps beside it.
+void remove_logs(const std::string& path);
 
 /// A value that is text and no blob; nothing: NULL. What it views must outlive the last step.
 struct Text {

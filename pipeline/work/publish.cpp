@@ -7,6 +7,7 @@
 #include "pipeline/build/blank_manifest.h"
 #include "pipeline/build/water_build.h"
 #include "pipeline/store/mesh_files.h"
+#include "pipeline/store/sqlite.h"
 #include "pipeline/threads/workers.h"
 #include "pipeline/work/shard.h"
 #include "pipeline/work/work_plan.h"
@@ -101,6 +102,7 @@ proto::Result<proto::Manifest> publish(const proto::WorkPlan& plan, const std::s
     clean();
     return manifest;
   }
+  remove_logs(store_path);  // an unfinished build's, which would be played into the new file
   // On disk for good: shards may be removed then.
   if (!raster::put_in_place(part, store_path))
     return proto::Problem{"storage-write", store_path + " cannot be written: " + std::strerror(errno),

@@ -162,11 +162,12 @@ int build_file(pipeline::BuildRequest request, const BuildLine& line) {
     return fail(pipeline::output_exists(line.output + " holds an earlier build"));
   }
   request.store_path = line.output;
+  request.old_stays = true;
   StageTimes times;
   const auto manifest = build_store(request, line.words, times);
   if (manifest) return done(*manifest, line.output, line.words, times);
-  const bool is_another = pipeline::StoreReader::open(line.output).ok();  // which --overwrite was to replace
-  return fail(is_another ? manifest.problem() : with_way_on(manifest.problem(), line.output));
+  return fail(
+      with_way_on(manifest.problem(), line.output));  // or what --overwrite was to replace stands there, and a part beside it
 }
 
 /// Whether a format is asked for that has nothing but tiles of Web Mercator.

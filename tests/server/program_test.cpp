@@ -140,6 +140,26 @@ TEST_F(Program, AnotherBuildInThePlaceIsReplacedOnlyWhenAsked) {
   }
 }
 
+TEST_F(Program, AFinishedFileIsThereUntilTheOneThatReplacesItIsFinished) {
+  const std::string out = (folder_.path() / "out.sqlite").string(), beside = out + ".building";
+  ASSERT_EQ(shell(build("-q --max-level 10 --error 20 -o " + out)).code, 0);
+  const auto old = file_text(out);
+  const std::string slow = build("--error 0.01 --max-level 15 --threads 1 --overwrite -o " + out);
+  for (int run = 0; run < 2; ++run) {
+    EXPECT_THAT(interrupted_at("build", slow).output, HasSubstr("cancelled"));
+    EXPECT_TRUE(file_text(out) == old);
+    ASSERT_TRUE(std::filesystem::exists(beside));
+    if (run == 0) std::filesystem::create_hard_link(beside, folder_.path() / "first");
+  }
+  EXPECT_TRUE(std::filesystem::equivalent(beside, folder_.path() / "first")) << "the same line goes on";
+  EXPECT_EQ(shell("flock " + beside + ".lock " + slow).code, 1) << "one process at a time";
+  std::ofstream(out + "-wal") << "a log of the old file";
+  EXPECT_EQ(shell(build("-q --error 30 --max-level 10 --overwrite -o " + out)).code, 0);
+  EXPECT_EQ(Json::parse(shell(kProgram + " info --json " + out).output)["options"]["error"], 30);
+  for (const char* left : {".building", ".building-meshes", ".building-wal", ".building.lock", "-wal"})
+    EXPECT_FALSE(std::filesystem::exists(out + left)) << left;
+}
+
 /// What would be ignored, or is another thing than it seems.
 TEST_F(Program, OutputsThatCannotBeMeantAreRefused) {
   const std::string folder = (folder_.path() / "out").string();
