@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "server/api/documents/web.h"
 #include "server/cli/commands.h"
@@ -17,6 +18,7 @@
 #include "server/jobs/spare_disk.h"
 #include "server/limits/descriptors.h"
 #include "server/live/live_folder.h"
+#include "server/live/live_notes.h"
 #include "server/log/log.h"
 #include "server/memory/heap.h"
 #include "server/options/request_policy.h"
@@ -97,7 +99,7 @@ std::optional<proto::Problem> set_up(Settings& settings, const std::string& prog
 }
 
 /// Serves until it is told to stop.
-void run_until_stopped(const ServeSettings& settings, Service& service, front::HttpServer& http,
+void run_until_stopped(const ServeSettings& settings, Service& service, front::HttpServer& http, LiveNotes live_notes,
                        const std::function<void(int port)>& listening) {
   boost::asio::io_context io;
   boost::asio::signal_set signals(io, SIGINT, SIGTERM);
@@ -118,7 +120,7 @@ void run_until_stopped(const ServeSettings& settings, Service& service, front::H
            std::filesystem::absolute(settings.data).string());
   if (listening) listening(http.port());
   std::optional<LiveFolder> live;
-  if (!settings.live.empty()) live.emplace(service, settings.live);
+  if (!settings.live.empty()) live.emplace(service, settings.live, std::move(live_notes));
   http.run();
   live.reset();
   io.stop();
@@ -135,6 +137,12 @@ int serve_command(const Settings& given, const std::string& program, const std::
   const std::uint32_t free_percent = settings.serve.limits.free_percent;
   auto service = Service::open(settings, sparing(child_runner("/proc/self/exe", free_percent), free_percent));
   if (!service) return fail(service.problem());
+  LiveNotes live;
+  if (!settings.serve.live.empty()) {
+    auto notes = read_live_notes((*service)->layout().live(), settings.serve.live);
+    if (!notes) return fail(notes.problem());
+    live = std::move(*notes);
+  }
   Api api(**service);
   auto http = front::HttpServer::bind(api, settings.serve.listen, front_limits(settings.serve), note_of((*service)->metrics()));
   if (!http) return fail(http.problem());
@@ -145,7 +153,7 @@ int serve_command(const Settings& given, const std::string& program, const std::
 
   (*service)->watch_front([&http] { return FrontCounts{(*http)->connections(), (*http)->unsent_bytes()}; });
 
-  run_until_stopped(settings.serve, **service, **http, listening);
+  run_until_stopped(settings.serve, **service, **http, std::move(live), listening);
   return kDone;
 }
 

@@ -12,6 +12,7 @@
 #include "server/datasets/mounts.h"
 #include "server/doctor/doctor.h"
 #include "server/limits/disk.h"
+#include "server/live/live_notes.h"
 
 namespace cordillera::server::doctor {
 namespace {
@@ -82,8 +83,11 @@ void check_folders(const Settings& settings, Findings& findings) {
   const ServeSettings& serve = settings.serve;
   if (!serve.mounts.empty())
     findings.push_back(refusal_or("mounts", refuse_mounts(serve.mounts), std::to_string(serve.mounts.size()) + " to be served"));
-  if (!serve.live.empty())
+  if (!serve.live.empty()) {
     findings.push_back(refusal_or("live", refuse_live_folder(serve.live, serve.data), "rasters in " + serve.live));
+    const auto notes = read_live_notes(Layout{serve.data}.live(), serve.live);
+    if (!notes) findings.push_back(Finding{"live.json", Health::bad, notes.problem().detail, notes.problem().accepted});
+  }
   if (!serve.audit_log.empty())
     findings.push_back(refusal_or("audit log", access::refuse_audit_log(serve.audit_log), serve.audit_log + " can be written"));
   std::error_code error;

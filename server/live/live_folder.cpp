@@ -80,11 +80,33 @@ bool is_passing(const Problem& problem) {
   return false;
 }
 
+/// The raster that a dataset began with.
+std::string first_source(const proto::SourceChanges& changes) {
+  for (const auto* list : {&changes.ended(), &changes.pending()}) {
+    for (const proto::SourceChange& change : *list) {
+      if (change.number() == 1) return change.source().id();
+    }
+  }
+  return "";
+}
+
+/// Among the rasters of its dataset that which came of the file; others were added over HTTP. Empty: it is gone, or, where it was
+/// not noted, no single one can be it.
+std::string own_source(const std::vector<proto::DatasetSource>& sources, const std::string& path, const std::string& noted) {
+  if (noted.empty() && sources.size() == 1) return sources.front().id();
+  std::vector<std::string> own;
+  for (const proto::DatasetSource& source : sources) {
+    const bool is_own = noted.empty() ? source.spec().name() == fs::path(path).filename() : source.id() == noted;
+    if (is_own) own.push_back(source.id());
+  }
+  return own.size() == 1 ? own.front() : "";
+}
+
 }  // namespace
 
-LiveFolder::LiveFolder(Service& service, fs::path folder)
-    : service_(service), folder_(std::move(folder)), notes_(service.layout().live()) {
-  read_notes();
+LiveFolder::LiveFolder(Service& service, fs::path folder, LiveNotes notes)
+    : service_(service), folder_(std::move(folder)), notes_(std::move(notes)) {
+  if (!known_.empty()) write_notes();  // those of an earlier version did not name the folder
   log_info("rasters in " + fs::absolute(folder_).string() + " are datasets");
   thread_ = std::thread([this] { run(); });
 }
@@ -136,11 +158,14 @@ LiveFolder::Files LiveFolder::files() const {
     const std::string extension = raster::extension_of(name);
     const bool is_raster = raster::is_raster_extension(extension) && extension != kErMapper;
     const bool is_side = raster::is_pam(name) || raster::is_side_extension(extension);
-    if (entry->is_symlink(gone) || !entry->is_regular_file(gone) || !(is_raster || is_side)) continue;
+    const bool is_packed = extension == ".zip" || extension == ".gz";
+    if (entry->is_symlink(gone) || !entry->is_regular_file(gone) || !(is_raster || is_side || is_packed)) continue;
     const Print print{entry->file_size(gone), entry->last_write_time(gone).time_since_epoch().count()};
     const std::string path = entry->path().lexically_relative(folder_).generic_string();
     if (gone || !proto::is_utf8(path)) continue;  // others cannot stand in an answer
-    if (is_raster)
+    if (is_packed)
+      files.packed.insert(path);
+    else if (is_raster)
       found[path] = print;
     else if (print.bytes > 0 && ::access(entry->path().c_str(), R_OK) == 0)
       files.sides.add(path, print);
@@ -170,10 +195,14 @@ void LiveFolder::look() {
     warn("", folder_.string() + ": " + found.trouble + "; nothing is deleted");
   if (found.trouble.empty()) told_.erase("");
   std::erase_if(told_, [&](const auto& told) {
-    return !told.first.empty() && !now.contains(told.first) && std::ranges::find(found.closed, told.first) == found.closed.end();
+    const std::string& path = told.first;
+    return !path.empty() && !now.contains(path) && !found.packed.contains(path) &&
+           std::ranges::find(found.closed, path) == found.closed.end();
   });
   sides_ = std::move(found.sides);
   for (const std::string& closed : found.closed) warn(closed, closed + " may not be read by this service; it is passed over");
+  for (const std::string& packed : found.packed)
+    warn(packed, packed + " is passed over; what is in it is offered when it is unpacked");
   for (const auto& [path, print] : now) {
     if (stops()) return;
     const auto before = seen_.find(path);
@@ -247,7 +276,7 @@ std::optional<Problem> LiveFolder::begin(const std::string& path, const Print& p
   if (!id.empty() && service_.registry().find(id) && !delete_dataset(service_, id))
     return Problem{"storage-full", "what failed before cannot be removed", "", ""};
   if (id.empty()) id = new_id(path);
-  known_[path] = {id, {}};
+  known_[path] = {id, {}, ""};
   write_notes();  // first: whatever happens, the file has this dataset and no second one
   const Upload room(service_.layout(), "");
   const auto file = with_sides(path, room);
@@ -255,20 +284,23 @@ std::optional<Problem> LiveFolder::begin(const std::string& path, const Print& p
   Request request = sending(*file, "POST", "/v1/datasets");
   request.query = {{"name", fs::path(path).filename().string()}, {"updates", "1"}};
   if (auto refused = refusal(post_dataset(service_, request, id))) return refused;
-  known_[path] = {id, print};
+  known_[path] = {id, print, first_source(service_.ledger().read(id))};
   log_info("live folder: " + path + " is dataset " + id);
   return std::nullopt;
 }
 
 std::optional<Problem> LiveFolder::change(const std::string& path, const Print& print, const Dataset& dataset) {
-  const auto sources = service_.ledger().expected(dataset.id);
-  if (sources.empty()) return Problem{"source-unknown", "dataset " + dataset.id + " has no raster any more", "", ""};
+  const std::string source = own_source(service_.ledger().expected(dataset.id), path, known_[path].source);
+  if (source.empty())
+    return Problem{"source-unknown", "none of the rasters of dataset " + dataset.id + " is known to have come of this file", "",
+                   ""};
   const Upload room(service_.layout(), "");
   const auto file = with_sides(path, room);
   if (!file) return file.problem();
-  const Request request = sending(*file, "PUT", "/v1/datasets/" + dataset.id + "/sources/" + sources.front().id());
+  const Request request = sending(*file, "PUT", "/v1/datasets/" + dataset.id + "/sources/" + source);
   if (auto refused = refusal(updates::sources(service_, request, dataset, parse_route(request.path)))) return refused;
   known_[path].print = print;
+  known_[path].source = source;
   log_info("live folder: " + path + " has changed, a new version of dataset " + dataset.id);
   return std::nullopt;
 }
@@ -315,21 +347,8 @@ std::string LiveFolder::new_id(const std::string& path) const {
   return id;
 }
 
-void LiveFolder::read_notes() {
-  const auto text = raster::read_whole(notes_.string());
-  const Json notes = text.ok() && *text ? Json::parse(**text, nullptr, false) : Json();
-  if (!notes.is_object()) return;
-  for (const auto& [path, note] : notes.items())
-    if (note.is_object())
-      known_[path] = {note.value("dataset", ""),
-                      {note.value("bytes", std::uint64_t{0}), note.value("changed_ns", std::int64_t{0})}};
-}
-
 void LiveFolder::write_notes() {
-  Json notes = Json::object();
-  for (const auto& [path, known] : known_)
-    notes[path] = {{"dataset", known.dataset}, {"bytes", known.print.bytes}, {"changed_ns", known.print.changed_ns}};
-  const auto written = raster::write_whole(notes_.string(), notes.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+  const auto written = write_live_notes(service_.layout().live(), notes_);
   if (!written.ok()) log_warning("live folder: " + written.problem().line());
 }
 

@@ -5,11 +5,13 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "server/datasets/upload.h"
+#include "server/live/live_notes.h"
 #include "server/live/side_files.h"
 #include "server/service/service.h"
 
@@ -21,16 +23,12 @@ namespace cordillera::server {
 /// somebody deletes stays away until its file changes.
 class LiveFolder {
  public:
-  /// The service outlives this.
-  LiveFolder(Service& service, std::filesystem::path folder);
+  /// The service outlives this. notes: as read_live_notes has them.
+  LiveFolder(Service& service, std::filesystem::path folder, LiveNotes notes);
   ~LiveFolder();  ///< ends a look that is under way as soon as it can
 
  private:
   using Print = FilePrint;
-  struct Known {
-    std::string dataset;  ///< id; empty: none could be made of it
-    Print print;          ///< of the bytes that it has
-  };
   using Prints = std::map<std::string, Print>;  ///< by path below the folder, with slashes
 
   void run();
@@ -39,6 +37,7 @@ class LiveFolder {
     Prints prints;
     SideFiles sides;
     std::vector<std::string> closed;  ///< folders below that cannot be read, each with a slash at its end
+    std::set<std::string> packed;     ///< archives, which are not opened here
     std::string trouble;              ///< why not all are among them; what is not need not be gone
   };
   Files files() const;
@@ -55,12 +54,12 @@ class LiveFolder {
   /// In the log, once until there is something else to say of this path.
   void warn(const std::string& path, const std::string& what);
 
-  void read_notes();
   void write_notes();
 
   Service& service_;
-  const std::filesystem::path folder_, notes_;
-  std::map<std::string, Known> known_;       ///< by path
+  const std::filesystem::path folder_;
+  LiveNotes notes_;
+  std::map<std::string, LiveNote>& known_ = notes_.by_path;
   SideFiles sides_;                          ///< in this look
   Prints seen_;                              ///< in the last look: a file that is still being written is another one every time
   std::map<std::string, int> missed_;        ///< looks that did not find a known file

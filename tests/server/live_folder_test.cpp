@@ -200,6 +200,79 @@ TEST_F(LiveFolder, AnEmptyFolderDeletesNothing) {
   EXPECT_EQ(curl(server_.base() + "/v1/datasets/one/sources")["version"], 1);
 }
 
+TEST_F(LiveFolder, ARasterThatWasAddedOverHttpStaysWhenTheFileChanges) {
+  put("one.asc", 1);
+  start();
+  ASSERT_TRUE(becomes({"one ready"}));
+  const std::string at = server_.base() + "/v1/datasets/one/sources";
+  const std::string own = curl(at)["sources"][0]["id"];
+  const std::string options = "?name=one.asc&position=0&crs=EPSG:4326&vertical_datum=ellipsoid";
+  Json added = curl("-H 'Prefer: wait=400' --data-binary @" + raster_ + " '" + at + options + "'");
+  ASSERT_EQ(added["state"], "done") << added.dump();
+  ASSERT_EQ(curl(at)["sources"][0]["id"], added["source"]);
+  put("one.asc", 3);
+  EXPECT_TRUE(eventually([&] { return curl(at)["version"] == 3; })) << server_.log();
+  Json sources = curl(at)["sources"];
+  EXPECT_EQ(sources[0]["bytes"], fs::file_size(raster_));
+  EXPECT_EQ(sources[1]["id"], own);
+  EXPECT_EQ(sources[1]["bytes"], fs::file_size(live_ / "one.asc"));
+  shell("curl -q -s -X DELETE -H 'Prefer: wait=400' " + at + "/" + own);
+  put("one.asc", 4);
+  EXPECT_TRUE(is_logged("is known to have come of this file")) << server_.log();
+  EXPECT_EQ(curl(at)["sources"].size(), 1u);
+}
+
+TEST_F(LiveFolder, AnotherFolderIsRefusedAndDeletesNothing) {
+  put("one.asc", 1);
+  start();
+  ASSERT_TRUE(becomes({"one ready"}));
+  server_.end(SIGTERM);
+  const fs::path other = folder_.path() / "other", notes = folder_.path() / "data/live.json";
+  fs::create_directory(other);
+  fs::copy_file(raster_, other / "two.asc");
+  const std::string serve = kProgram + " serve --listen 127.0.0.1:0 --data " + (folder_.path() / "data").string() + " --live ";
+  const Ended refused = shell("timeout 60 " + serve + other.string());
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_THAT(refused.output, HasSubstr("tells of the rasters in " + live_.string()));
+  EXPECT_THAT(refused.output, HasSubstr("accepted: --live " + live_.string()));
+  const std::string before = file_text(notes);
+  for (const std::string text :
+       {R"({"f1.tif":{"dataset":5}})", R"({"f1.tif":5})", "[]", "", R"({"f1.tif":{"dataset":"a","bytes":-1}})"}) {
+    std::ofstream(notes) << text;
+    const Ended damaged = shell("timeout 60 " + serve + live_.string());
+    EXPECT_EQ(damaged.code, 1) << text;
+    EXPECT_THAT(damaged.output, HasSubstr("live.json is no list")) << text;
+    EXPECT_EQ(file_text(notes), text);
+  }
+  fs::rename(live_, folder_.path() / "moved");
+  live_ = folder_.path() / "moved";
+  std::string moved = before;
+  moved.replace(moved.find("rasters"), 7, "moved");
+  std::ofstream(notes) << moved;
+  start();
+  ASSERT_TRUE(becomes({"one ready"}));
+  EXPECT_EQ(curl(server_.base() + "/v1/datasets/one/sources")["version"], 1);
+}
+
+TEST_F(LiveFolder, NotesWithoutAFolderAndWithoutIdsGoOn) {
+  put("one.asc", 1);
+  start();
+  ASSERT_TRUE(becomes({"one ready"}));
+  server_.end(SIGTERM);
+  const fs::path notes = folder_.path() / "data/live.json";
+  auto old = nlohmann::json::parse(file_text(notes));
+  old.erase("folder");
+  old["one.asc"].erase("source");
+  std::ofstream(notes) << old.dump();
+  std::ofstream(live_ / "two.zip") << "not looked into";
+  start();
+  EXPECT_TRUE(eventually([&] { return nlohmann::json::parse(file_text(notes)).value("folder", "") == live_.string(); }));
+  put("one.asc", 2);
+  EXPECT_TRUE(eventually([&] { return curl(server_.base() + "/v1/datasets/one/sources")["version"] == 2; })) << server_.log();
+  EXPECT_EQ(listed(), std::vector<std::string>{"one ready"});
+  EXPECT_TRUE(is_logged("two.zip is passed over"));
+}
+
 TEST(SideFiles, AreFoundByTheNameOfTheirRaster) {
   SideFiles files;
   for (const char* path : {"a/dem.tfw", "a/DEM.prj", "b/dem.prj", "a/dem.tif.aux.xml", "a/tile.01.prj", "a/tile.02.prj",
