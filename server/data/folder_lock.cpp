@@ -15,14 +15,15 @@ namespace cordillera::server {
 namespace fs = std::filesystem;
 using proto::Problem;
 
-bool is_a_servers(const Layout& layout) {
+std::optional<std::string> others_file(const Layout& layout) {
   std::error_code error;
-  if (fs::exists(layout.registry(), error)) return true;
+  if (fs::exists(layout.registry(), error)) return std::nullopt;
   for (const auto& entry : fs::directory_iterator(layout.root, error)) {
+    if (entry.path().filename() == kLostAndFound) continue;
     const bool started = entry.path() == layout.lock() || entry.path() == layout.incoming() || entry.path() == layout.datasets();
-    if (!started || (entry.is_directory(error) && !fs::is_empty(entry.path(), error))) return false;
+    if (!started || (entry.is_directory(error) && !fs::is_empty(entry.path(), error))) return entry.path().filename().string();
   }
-  return true;
+  return std::nullopt;
 }
 
 FolderLock::FolderLock(const Layout& layout) : file_(raster::open_locked(layout.lock())), error_(errno) {}

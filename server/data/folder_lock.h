@@ -26,8 +26,12 @@ class FolderLock {
 /// Whether a server holds the lock now. Nothing is left behind.
 bool is_locked(const Layout& layout);
 
-/// A folder with somebody else's files must not become a server's: what no dataset owns is removed from it. An empty one may.
-bool is_a_servers(const Layout& layout);
+/// What an empty disk has on it when it is mounted.
+inline constexpr const char* kLostAndFound = "lost+found";
+
+/// A folder with somebody else's files must not become a server's: what no dataset owns is removed from it. The name of one of
+/// them; nothing: it is a server's, or may become one.
+std::optional<std::string> others_file(const Layout& layout);
 
 /// Why the service cannot begin with this live folder: it is none, or the data folder lies in it or it in there.
 std::optional<proto::Problem> refuse_live_folder(const std::filesystem::path& folder, const std::filesystem::path& data);

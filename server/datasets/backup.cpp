@@ -1,7 +1,17 @@
+#include <unistd.h>
+
+#include <algorithm>
 #include <fstream>
 #include <set>
+#include <stdexcept>
+#include <vector>
 
+#include "pipeline/exports/whole_file.h"
+#include "proto/files.h"
+#include "proto/paths.h"
 #include "raster/disk/write_all.h"
+#include "raster/storage/storage.h"
+#include "server/data/folder_lock.h"
 #include "server/datasets/adoption.h"
 #include "server/datasets/data_folder.h"
 #include "server/datasets/ledger.h"
@@ -18,8 +28,15 @@ namespace fs = std::filesystem;
 constexpr const char* kList = "backup.json";  // what was copied, with hashes; the last file that is written
 constexpr int kMostTries = 5;                 // a dataset may change its state while it is copied
 
+/// Who restores a backup cannot mend it by another place.
+class DamagedBackup : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 proto::Problem cannot(const std::string& what, const std::string& why) {
-  return {"backup-failed", what + ": " + why, "a folder that does not exist yet, on a disk with free space", "--output"};
+  return {"backup-failed", what + ": " + why, "a folder that does not exist yet or is empty, on a disk with free space",
+          "--output"};
 }
 
 /// A file copied to disk, and its hash; none if it cannot be read any more. Throws filesystem_error where it cannot be written.
@@ -122,11 +139,22 @@ void sync_tree(const fs::path& folder) {
   raster::sync_path(folder);
 }
 
+/// Returns, beside the registry, which of its datasets came of the live folder's files, as both were at one moment: a dataset
+/// that only one of them has would be made a second time, or never again.
+std::optional<std::string> copy_registry(const Layout& from, const Layout& to) {
+  for (int attempt = 1;; ++attempt) {
+    auto notes = proto::bytes_of_file(from.live());
+    Registry::copy(from.registry().string(), to.registry().string());
+    if (attempt == kMostTries || proto::bytes_of_file(from.live()) == notes) return notes;
+    fs::remove(to.registry());
+  }
+}
+
 BackedUp copy_into(const Layout& layout, const fs::path& work) {
   const Layout to{work};
   fs::create_directories(to.datasets());
   fs::create_directories(to.incoming());
-  Registry::copy(layout.registry().string(), to.registry().string());
+  const auto notes = copy_registry(layout, to);
   auto live = Registry::read_only(layout.registry().string());
   auto copied = Registry::open(to.registry().string());
   if (!copied) throw RegistryError(copied.problem().detail);
@@ -142,29 +170,77 @@ BackedUp copy_into(const Layout& layout, const fs::path& work) {
   (*copied)->compact();
   copied->reset();  // closed, so that its log is folded in
   copy.note("registry.sqlite", digest_of_file(to.registry()));
+  if (notes) {
+    if (const auto kept = raster::write_whole(to.live().string(), *notes); !kept) throw std::runtime_error(kept.problem().detail);
+    copy.note(to.live().filename().string(), digest(*notes));
+  }
   sync_tree(work);
   write_list(work, copy.files());
   return copy.done();
 }
 
-/// A name beside `to`, which is given away only when everything is there.
+/// Into a folder that is there, such as one where a disk is mounted, which takes no other's name. What makes it a data folder or
+/// a backup comes last, so one that is cut short is neither.
+void move_into(const fs::path& work, const fs::path& place) {
+  const std::vector<fs::path> last = {Layout{work}.registry(), work / kList};
+  std::vector<fs::path> all;
+  for (const auto& entry : fs::directory_iterator(work)) {
+    if (std::ranges::find(last, entry.path()) == last.end()) all.push_back(entry.path());
+  }
+  for (const fs::path& file : last) {
+    if (fs::exists(file)) all.push_back(file);
+  }
+  for (const fs::path& from : all) {
+    if (!raster::put_in_place(from, place / from.filename()))
+      throw fs::filesystem_error("cannot write", place / from.filename(), std::error_code(errno, std::generic_category()));
+  }
+  fs::remove(work);
+}
+
+/// The name of something in a folder that is to be filled; none: it is as good as empty.
+std::optional<std::string> something_in(const fs::path& folder) {
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().filename() != kLostAndFound) return entry.path().filename().string();
+  }
+  return std::nullopt;
+}
+
+/// Somewhere beside `to`, or in it if it is there. It is given away only when everything is there.
 proto::Result<BackedUp> in_place(const fs::path& to, const std::function<BackedUp(const fs::path& work)>& make) {
+  constexpr const char* kPartial = ".partial-";  // and the number of the process
   std::error_code error;
   fs::path place = fs::absolute(to).lexically_normal();
   if (!place.has_filename()) place = place.parent_path();
-  if (fs::exists(place, error) && !(fs::is_directory(place, error) && fs::is_empty(place, error)))
-    return cannot(place.string(), "it exists");
-  const fs::path work = place.string() + ".partial-" + std::to_string(getpid());
+  const bool there = fs::exists(place, error);
+  if (there && !fs::is_directory(place, error)) return cannot(place.string(), "it exists and is no folder");
+  const fs::path parent = there ? place : place.parent_path();
+  const std::string before = (there ? "" : place.filename().string()) + kPartial;
+  pipeline::exports::remove_left_behind(parent, before, {""});
+  const fs::path work = parent / (before + std::to_string(getpid()));
   try {
+    if (const auto other = there ? something_in(place) : std::nullopt) return cannot(place.string(), "it exists, with " + *other);
     fs::create_directories(work);
     const BackedUp done = make(work);
-    if (!raster::put_in_place(work, place))
+    if (there)
+      move_into(work, place);
+    else if (!raster::put_in_place(work, place))
       throw fs::filesystem_error("cannot write", place, std::error_code(errno, std::generic_category()));
     return done;
+  } catch (const DamagedBackup& damaged) {
+    fs::remove_all(work, error);
+    return proto::Problem{"backup-failed", damaged.what(), "a backup whose files are as they were written", "path"};
   } catch (const std::exception& failed) {
     fs::remove_all(work, error);
     return cannot(place.string(), failed.what());
   }
+}
+
+/// What is copied must not lie in what it is copied from.
+std::optional<proto::Problem> refuse_inside(const fs::path& place, const fs::path& from) {
+  std::error_code error;
+  const fs::path inner = fs::weakly_canonical(place, error), outer = fs::weakly_canonical(from, error);
+  if (error || !proto::lies_in(inner, outer)) return std::nullopt;
+  return cannot(place.string(), "it lies in " + from.string() + ", which is copied");
 }
 
 }  // namespace
@@ -176,6 +252,7 @@ proto::Result<BackedUp> backup(const Layout& layout, const fs::path& to) {
                           "the folder that a server was given with --data", "path"};
   }
   if (auto lost = lost_registry(layout)) return *lost;  // a backup of nothing would take the place of a good one
+  if (auto refused = refuse_inside(to, layout.root)) return *refused;
   return in_place(to, [&](const fs::path& work) { return copy_into(layout, work); });
 }
 
@@ -190,6 +267,7 @@ proto::Result<BackedUp> restore(const fs::path& from, const Layout& layout) {
     return proto::Problem{"data-version", from.string() + " was made by a later version of the program",
                           "that version, or a later one", "path"};
   }
+  if (auto refused = refuse_inside(layout.root, from)) return *refused;
   return in_place(layout.root, [&](const fs::path& work) {
     const Layout to{work};
     fs::create_directories(to.incoming());
@@ -198,11 +276,11 @@ proto::Result<BackedUp> restore(const fs::path& from, const Layout& layout) {
     std::set<fs::path> folders;  // of datasets
     for (const auto& [name, hash] : list["files"].items()) {
       const fs::path file = fs::path(name).lexically_normal();
-      if (file.is_absolute() || *file.begin() == "..") throw std::runtime_error("the list names " + name);
+      if (file.is_absolute() || *file.begin() == "..") throw DamagedBackup(from.string() + ": its list names " + name);
       fs::create_directories((work / file).parent_path());
       const auto copied = copied_file(from / file, work / file);
       if (!copied || *copied != hash.get<std::string>())
-        throw std::runtime_error(name + " is missing from the backup, or is not what was backed up");
+        throw DamagedBackup(from.string() + ": " + name + " is missing from the backup, or is not what was backed up");
       if (file.filename() == kStoreFile) ++done.ready;
       if (file.has_parent_path()) folders.insert(*std::next(file.begin()));
     }

@@ -61,8 +61,8 @@ Finding data_folder(const fs::path& data) {
   if (!there) return Finding{"data", Health::good, data.string() + " is not there yet and can be made", ""};
   const Layout layout{data};
   const bool ours = fs::exists(layout.registry(), error);
-  if (!ours && !fs::exists(layout.lock(), error) && !is_a_servers(layout))
-    return Finding{"data", Health::bad, data.string() + " holds other things",
+  if (const auto other = others_file(layout); other && !fs::exists(layout.lock(), error))
+    return Finding{"data", Health::bad, data.string() + " holds other things: " + *other,
                    "--data with a folder of its own: a new one, an empty one or that of an earlier server"};
   if (is_locked(layout))
     return Finding{"data", Health::bad, "another server uses " + data.string(), "stop it first, or --data with another folder"};

@@ -82,12 +82,13 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
   std::error_code error;
   fs::create_directories(layout.root, error);
   if (error) return unusable(error.message());
-  if (!fs::exists(layout.lock(), error) && !is_a_servers(layout)) return unusable("it holds other things");
+  if (const auto other = others_file(layout); other && !fs::exists(layout.lock(), error))
+    return unusable("it holds other things: " + *other);
   auto lock = std::make_unique<FolderLock>(layout);
   if (!lock->held()) return unusable(lock->why_not("another server"));
   std::unique_ptr<Service> service(new Service(settings, std::move(lock)));
   if (auto lost = lost_registry(layout)) return *lost;
-  if (!is_a_servers(layout)) return unusable("it holds other things");
+  if (const auto other = others_file(layout)) return unusable("it holds other things: " + *other);
 
   fs::remove_all(layout.removed(), error);
   fs::remove_all(layout.incoming(), error);

@@ -1,0 +1,98 @@
+// Copies of a data folder: what is in them, where they may go, and what cut-short ones leave.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "fixture.h"
+#include "server/datasets/data_folder.h"
+
+namespace cordillera::server {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+class Backup : public testing::Test {
+ protected:
+  void SetUp() override {
+    const Response posted = test_.post("GOOD", {{"name", "one.tif"}}, {{"prefer", "wait=60"}});
+    ASSERT_EQ(posted.status, 201) << posted.body;
+    std::ofstream(layout().live()) << "{}";
+  }
+  Layout layout() { return Layout{test_.data()}; }
+  fs::path at(const std::string& name) { return test_.folder() / name; }
+  void restored(const fs::path& data) {
+    const auto done = restore(at("backup"), Layout{data});
+    ASSERT_TRUE(done) << done.problem().line();
+    EXPECT_EQ(done->ready, 1u);
+    EXPECT_EQ(file_text(data / "live.json"), "{}");
+    EXPECT_TRUE(fs::exists(data / "registry.sqlite"));
+    for (const auto& entry : fs::directory_iterator(data)) EXPECT_THAT(entry.path().string(), testing::Not(HasSubstr("partial")));
+  }
+
+  TestService test_;
+};
+
+TEST_F(Backup, HoldsWhatTheLiveFolderHasMade) {
+  ASSERT_TRUE(backup(layout(), at("backup")));
+  restored(at("new"));
+}
+
+TEST_F(Backup, AFreshDiskIsRestoredInto) {
+  ASSERT_TRUE(backup(layout(), at("backup")));
+  fs::create_directories(at("empty"));
+  restored(at("empty"));
+  fs::create_directories(at("disk/lost+found"));
+  restored(at("disk"));
+  EXPECT_TRUE(fs::exists(at("disk/lost+found")));
+  fs::create_directories(at("full/photos"));
+  const auto refused = restore(at("backup"), Layout{at("full")});
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.problem().detail, HasSubstr("it exists, with photos"));
+}
+
+TEST_F(Backup, WhatAKilledOneLeftIsRemoved) {
+  const pid_t gone = fork();
+  if (gone == 0) _exit(0);
+  waitpid(gone, nullptr, 0);
+  const std::string end = ".partial-" + std::to_string(gone);
+  fs::create_directories(at("backup" + end + "/datasets"));
+  ASSERT_TRUE(backup(layout(), at("backup")));
+  EXPECT_FALSE(fs::exists(at("backup" + end)));
+  fs::create_directories(at("data2") / end / "datasets");
+  restored(at("data2"));
+}
+
+TEST_F(Backup, ADamagedOneIsToldToBeAtFault) {
+  ASSERT_TRUE(backup(layout(), at("backup")));
+  std::ofstream(at("backup") / "live.json") << "other";
+  const auto refused = restore(at("backup"), Layout{at("new")});
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.problem().detail, HasSubstr("live.json is missing from the backup, or is not what was backed up"));
+  EXPECT_THAT(refused.problem().accepted, HasSubstr("a backup"));
+  EXPECT_FALSE(fs::exists(at("new")));
+}
+
+TEST_F(Backup, ItMayNotLieInWhatItCopies) {
+  EXPECT_THAT(backup(layout(), layout().root / "inside").problem().detail, HasSubstr("it lies in"));
+  EXPECT_FALSE(fs::exists(layout().root / "inside"));
+}
+
+TEST_F(Backup, ADataFolderMayBeAFreshDiskAndNobodyElses) {
+  test_.stop();
+  Settings settings = test_.settings();
+  settings.serve.data = at("disk");
+  fs::create_directories(at("disk/lost+found"));
+  EXPECT_TRUE(Service::open(settings, play_job));
+  settings.serve.data = at("theirs");
+  fs::create_directories(at("theirs/photos"));
+  const auto refused = Service::open(settings, play_job);
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.problem().detail, HasSubstr("it holds other things: photos"));
+}
+
+}  // namespace
+}  // namespace cordillera::server
