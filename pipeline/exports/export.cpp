@@ -1,8 +1,10 @@
 #include "pipeline/exports/export.h"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <set>
@@ -21,6 +23,7 @@ namespace fs = std::filesystem;
 using proto::Problem;
 
 constexpr const char* kPartial = ".partial-";  // and the number of the process
+constexpr const char* kOld = ".old";           // behind both, for as long as two folders change places
 constexpr const char* kAccepted = "a folder that is missing, empty or an earlier export, on a disk with free space";
 
 Problem write_problem(const std::string& folder, const std::string& why) {
@@ -80,12 +83,18 @@ void write_faces(const faces::Terrain& terrain, const std::vector<const faces::F
   files.finish();
 }
 
+/// They take each other's names in one step. False: their file system cannot.
+bool exchange(const fs::path& one, const fs::path& other) {
+  return ::renameat2(AT_FDCWD, one.c_str(), AT_FDCWD, other.c_str(), RENAME_EXCHANGE) == 0;
+}
+
 void move_into_place(const Workplace& from, const fs::path& folder) {
   if (!fs::exists(folder) || fs::is_empty(folder)) {
     fs::rename(from.path(), folder);
     return;
   }
-  const fs::path old = from.path().string() + ".old";
+  if (exchange(from.path(), folder)) return;  // what was there goes with the workplace
+  const fs::path old = from.path().string() + kOld;
   fs::rename(folder, old);
   fs::rename(from.path(), folder);
   fs::remove_all(old);
@@ -129,7 +138,10 @@ proto::Result<void> export_static(const faces::Terrain& terrain, const std::vect
   if (const auto usable = check_export_folder(folder, other); !usable) return usable;
   try {
     const fs::path target = (fs::absolute(folder) / "").lexically_normal().parent_path();  // without a slash at the end
-    exports::remove_left_behind(target.parent_path(), target.filename().string() + kPartial, {""});
+    const std::string before = target.filename().string() + kPartial;
+    exports::remove_left_behind(target.parent_path(), before, {""});
+    // Where nothing has its place, a kill has left the earlier export under that name alone.
+    if (fs::exists(target)) exports::remove_left_behind(target.parent_path(), before, {kOld});
     Workplace work(target.string() + kPartial + std::to_string(getpid()));
     write_faces(terrain, chosen, threads, work);
     work.write("manifest.json", manifest_json(terrain.manifest()));

@@ -289,6 +289,9 @@ TEST(TilesetExport, RemovesWhatAKilledOneLeft) {
   ASSERT_TRUE(export_static(shared_terrain(), kFaces, folder / "out").ok());
   EXPECT_FALSE(fs::exists(folder / ("out.partial-" + of_gone)));
   for (const std::string& name : kept) EXPECT_TRUE(fs::exists(folder / name)) << name;
+  // With nothing in its place the earlier export was all that a kill had left.
+  ASSERT_TRUE(export_static(shared_terrain(), kFaces, folder / "out").ok());
+  for (const std::string& name : kept) EXPECT_EQ(fs::exists(folder / name), !name.ends_with(".old")) << name;
 }
 
 TEST(TilesetExport, ReplacesAnEarlierExportAndNothingElse) {
