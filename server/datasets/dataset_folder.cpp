@@ -68,7 +68,8 @@ std::optional<Dataset> read_record(const fs::path& folder) {
 
 bool mark_deleted(const fs::path& folder) {
   std::error_code error;
-  if (!fs::exists(folder, error)) return true;
+  // With its disk away nothing is deleted: the dataset would be there again with the disk.
+  if (!fs::exists(folder, error)) return !error && fs::is_directory(folder.parent_path(), error);
   fs::rename(folder / kRecordFile, folder / kDeletedFile, error);  // needs no room: a full disk can be cleaned up
   if (error && !std::ofstream(folder / kDeletedFile)) return false;
   return raster::sync_path(folder);
@@ -112,7 +113,7 @@ bool is_built(const Layout& layout, const Dataset& dataset) {
 std::error_code remove_dataset_folder(const Layout& layout, const std::string& id) {
   std::error_code error;
   const fs::path away = layout.removed() / id;
-  fs::create_directories(layout.removed(), error);
+  fs::create_directory(layout.removed(), error);  // in the data folder, which is not made anew
   fs::rename(layout.dataset(id), away, error);
   if (error == std::errc::no_such_file_or_directory) return {};
   std::error_code removed;

@@ -348,6 +348,8 @@ std::string LiveFolder::new_id(const std::string& path) const {
 }
 
 void LiveFolder::write_notes() {
+  std::error_code error;
+  if (!fs::is_directory(service_.layout().root, error)) return log_warning("live folder: the data folder is away");
   const auto written = write_live_notes(service_.layout().live(), notes_);
   if (!written.ok()) log_warning("live folder: " + written.problem().line());
 }

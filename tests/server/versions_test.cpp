@@ -69,6 +69,19 @@ TEST_F(Versions, FacesAreListedWithLinksThatAreRoutes) {
   EXPECT_FALSE(body_of(test_.get("/v1/datasets"))["datasets"][0].contains("faces")) << "a list of datasets stays short";
 }
 
+TEST_F(Versions, NothingIsDeletedWhileItsDiskIsAway) {
+  const std::filesystem::path away = test_.folder() / "away";
+  std::filesystem::rename(test_.data(), away);
+  const Response refused = test_.send("DELETE", base_);
+  EXPECT_EQ(refused.status, 507);
+  EXPECT_EQ(slug_of(refused), "storage-full");
+  EXPECT_FALSE(std::filesystem::exists(test_.data()));
+  std::filesystem::rename(away, test_.data());
+  EXPECT_EQ(test_.get(base_).status, 200);
+  EXPECT_EQ(test_.send("DELETE", base_).status, 204);
+  EXPECT_EQ(test_.get(base_).status, 404);
+}
+
 TEST_F(Versions, TilesSayHowLongTheyTook) {
   const Response tile = test_.get(base_ + "/tiles/1/1/1.drc");
   EXPECT_THAT(tile.header("Server-Timing"), testing::MatchesRegex("make;dur=[0-9]+\\.[0-9]+"));
