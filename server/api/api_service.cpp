@@ -24,6 +24,7 @@ void look_around(Service& service) {
   all.datasets.set(static_cast<double>(counts.ready), {"ready"});
   all.datasets.set(static_cast<double>(counts.failed), {"failed"});
   all.queue_limit.set(service.settings().serve.limits.queue);
+  all.changes_waiting.set(static_cast<double>(service.ledger().waiting()));
   all.uploads.set(static_cast<double>(service.admission().in_use().uploads));
   all.datasets_damaged.set(static_cast<double>(service.library().damaged_count()));
   all.waiting.set(service.waiting());

@@ -196,6 +196,7 @@ proto::Result<void> Ledger::change(const std::string& id, const std::function<pr
   const std::lock_guard lock(mutex_);
   proto::SourceChanges changes = value_of(read_file(layout_.dataset(id)));
   if (const auto edited = edit(changes); !edited.ok()) return edited;
+  if (changes.pending_size() > 0) waiting_.insert(id);
   return write_file(layout_.dataset(id), changes);
 }
 
@@ -217,15 +218,35 @@ proto::Result<proto::SourceChange> Ledger::add(const std::string& id, proto::Sou
   return added;
 }
 
+proto::Result<proto::SourceChanges> Ledger::look(const std::string& id) const {
+  auto changes = read_file(layout_.dataset(id));
+  if (changes && changes->pending_size() > 0)
+    waiting_.insert(id);
+  else
+    waiting_.erase(id);
+  return changes;
+}
+
+std::size_t Ledger::waiting() const {
+  const std::lock_guard lock(mutex_);
+  std::size_t all = 0;
+  for (const std::string& id : std::set<std::string>(waiting_)) {
+    const auto changes = look(id);
+    if (!changes) continue;
+    all += static_cast<std::size_t>(std::ranges::count_if(changes->pending(), [](const auto& one) { return one.number() > 1; }));
+  }
+  return all;
+}
+
 std::optional<proto::SourceChange> Ledger::first(const std::string& id) const {
   const std::lock_guard lock(mutex_);
-  const auto changes = read_file(layout_.dataset(id));
+  const auto changes = look(id);
   return changes && changes->pending_size() > 0 ? std::optional(changes->pending(0)) : std::nullopt;
 }
 
 std::size_t Ledger::pending(const std::string& id) const {
   const std::lock_guard lock(mutex_);
-  const auto changes = read_file(layout_.dataset(id));
+  const auto changes = look(id);
   return changes ? static_cast<std::size_t>(changes->pending_size()) : 0;
 }
 

@@ -14,6 +14,7 @@
 #include <functional>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -69,6 +70,8 @@ class Ledger {
   std::optional<proto::SourceChange> first(const std::string& id) const;
   /// How many are still to be done; 0 where the list is damaged.
   std::size_t pending(const std::string& id) const;
+  /// Changes of all datasets that are still to be done, without what a dataset began with.
+  std::size_t waiting() const;
   /// Something was found out about a pending change.
   proto::Result<void> amend(const std::string& id, const proto::SourceChange& change);
   /// The first change came to its end.
@@ -84,8 +87,12 @@ class Ledger {
  private:
   proto::Result<void> change(const std::string& id, const std::function<proto::Result<void>(proto::SourceChanges&)>& edit);
 
+  /// The list of a dataset; what waits in it is looked at by waiting().
+  proto::Result<proto::SourceChanges> look(const std::string& id) const;
+
   Layout layout_;
   mutable std::mutex mutex_;
+  mutable std::set<std::string> waiting_;  ///< datasets that had pending changes when they were last looked at
 };
 
 }  // namespace cordillera::server::updates

@@ -61,6 +61,8 @@ class ServiceMetrics {
   Gauge uploads{all_, "cordillera_uploads_in_progress", "Rasters that are being received."};
   Gauge datasets{all_, "cordillera_datasets", "Datasets by state; queued ones are the queue.", {"state"}};
   Gauge queue_limit{all_, "cordillera_queue_limit", "Builds that may wait."};
+  Gauge changes_waiting{all_, "cordillera_changes_waiting",
+                        "Changes of datasets' rasters that are accepted and have no version yet."};
   Counter builds{all_, "cordillera_builds_total", "Builds that ended.", {"outcome"}};
   Histogram build_seconds{all_,
                           "cordillera_build_duration_seconds",

@@ -4,6 +4,7 @@
 
 #include "fixture.h"
 #include "pipeline/faces/face.h"
+#include "server/datasets/ledger.h"
 
 namespace cordillera::server {
 namespace {
@@ -67,6 +68,35 @@ TEST_F(Versions, FacesAreListedWithLinksThatAreRoutes) {
     }
   }
   EXPECT_FALSE(body_of(test_.get("/v1/datasets"))["datasets"][0].contains("faces")) << "a list of datasets stays short";
+}
+
+TEST(Ledger, CountsTheChangesThatWaitBehindTheBeginningOfADataset) {
+  const TempFolder folder;
+  const Layout layout{folder.path()};
+  std::filesystem::create_directories(layout.dataset("a"));
+  const auto change = [](const std::string& name) {
+    proto::SourceChange made;
+    made.set_id(name);
+    made.set_kind("add");
+    made.mutable_source()->set_id(name);
+    return made;
+  };
+  ASSERT_TRUE(updates::begin(layout.dataset("a"), change("first")));
+  updates::Ledger ledger(layout);
+  const auto add = [&](const std::string& name) {
+    return ledger.add("a", change(name), 10, [] { return proto::Result<void>(); }).ok();
+  };
+  ASSERT_TRUE(ledger.first("a"));
+  EXPECT_EQ(ledger.waiting(), 0u);
+  ASSERT_TRUE(add("second") && add("third"));
+  EXPECT_EQ(ledger.waiting(), 2u);
+  updates::Ledger after_a_start(layout);
+  ASSERT_TRUE(after_a_start.first("a"));
+  EXPECT_EQ(after_a_start.waiting(), 2u);
+  for (const char* name : {"first", "second"}) ASSERT_TRUE(ledger.end("a", name, std::nullopt));
+  EXPECT_EQ(ledger.waiting(), 1u);
+  std::filesystem::remove_all(layout.dataset("a"));
+  EXPECT_EQ(ledger.waiting(), 0u);
 }
 
 TEST_F(Versions, NothingIsDeletedWhileItsDiskIsAway) {
