@@ -8,12 +8,15 @@
 #include "proto/letters.h"
 
 namespace cordillera::server::access {
+
+bool is_trusted(const std::string& address, const std::vector<std::string>& trusted_proxies) {
+  return std::find(trusted_proxies.begin(), trusted_proxies.end(), plain_address(address).value_or(address)) !=
+         trusted_proxies.end();
+}
+
 std::string client_address(const Request& request, const std::vector<std::string>& trusted_proxies) {
-  const auto trusted = [&](const std::string& address) {
-    return std::find(trusted_proxies.begin(), trusted_proxies.end(), address) != trusted_proxies.end();
-  };
   const auto forwarded = request.header("x-forwarded-for");
-  if (!forwarded || !trusted(plain_address(request.client).value_or(request.client))) return request.client;
+  if (!forwarded || !is_trusted(request.client, trusted_proxies)) return request.client;
   std::string_view rest = *forwarded;
   std::string client = request.client;
   while (!rest.empty()) {
@@ -22,7 +25,7 @@ std::string client_address(const Request& request, const std::vector<std::string
     const auto last = plain_address(host_of(proto::trimmed(comma == rest.npos ? rest : rest.substr(comma + 1))));
     if (!last) return client;
     client = *last;
-    if (!trusted(client) || comma == rest.npos) return client;
+    if (!is_trusted(client, trusted_proxies) || comma == rest.npos) return client;
     rest = rest.substr(0, comma);
   }
   return client;

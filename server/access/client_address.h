@@ -13,6 +13,9 @@ namespace cordillera::server::access {
 /// stands left of it was written by strangers.
 std::string client_address(const Request& request, const std::vector<std::string>& trusted_proxies);
 
+/// Whether it is one of these addresses, however it is spelt.
+bool is_trusted(const std::string& address, const std::vector<std::string>& trusted_proxies);
+
 /// 127.0.0.0/8, ::1 or localhost, in any case and with or without the dot of a full name. Any other name may be pointed at
 /// 127.0.0.1 by whoever registers it.
 bool is_loopback(std::string_view host);

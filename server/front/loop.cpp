@@ -3,6 +3,7 @@
 #include <boost/asio/post.hpp>
 #include <utility>
 
+#include "server/access/client_address.h"
 #include "server/front/connection.h"
 #include "server/front/message/answer_head.h"
 #include "server/log/log.h"
@@ -52,7 +53,11 @@ void Loop::adopt(boost::asio::ip::tcp::socket socket) {
     const auto peer = socket.remote_endpoint(error);
     if (error || stopping_) return;
     const bool room = shared_.connections.all() < shared_.limits.connections || make_room() == Room::made;
-    auto share = room ? shared_.connections.take(peer.address().to_string(), shared_.limits.connections_per_client) : nullptr;
+    const std::string address = peer.address().to_string();
+    // A proxy's are those of all its clients.
+    const bool is_proxy = access::is_trusted(address, shared_.limits.trusted_proxies);
+    const auto most = is_proxy ? shared_.limits.connections : shared_.limits.connections_per_client;
+    auto share = room ? shared_.connections.take(address, most) : nullptr;
     const bool welcome = share != nullptr;
     const auto connection = std::make_shared<Connection>(*this, std::move(socket), std::move(place), std::move(share));
     connections_.insert(connection);

@@ -153,6 +153,19 @@ TEST(FrontLimits, AnAddressHasItsShareOfConnections) {
   }));
 }
 
+TEST(FrontLimits, ATrustedProxyMayHaveTheConnectionsOfAllItsClients) {
+  front::HttpLimits limits;
+  limits.connections_per_client = 3;
+  limits.trusted_proxies = {"127.0.0.1"};
+  const Front front(limits);
+  std::vector<RawClient> held;
+  for (int i = 0; i < 6; ++i) {
+    held.push_back(front.client());
+    held.back().say(get("/healthz"));
+    EXPECT_TRUE(held.back().until("\"ok\"")) << i;
+  }
+}
+
 std::size_t descriptors() {
   return static_cast<std::size_t>(
       std::distance(std::filesystem::directory_iterator("/proc/self/fd"), std::filesystem::directory_iterator()));
