@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cerrno>
+#include <cstring>
 #include <mutex>
 #include <vector>
 
@@ -278,7 +280,11 @@ proto::Result<std::unique_ptr<StoreReader>> open_at(const StoreAddress& place, s
 /// The size of a file of this machine that nobody is writing.
 proto::Result<std::uint64_t> whole_file(const std::string& path) {
   struct stat file {};
-  if (stat(path.c_str(), &file) != 0) return refused("store-missing", path, "does not exist");
+  if (stat(path.c_str(), &file) != 0) {
+    const bool missing = errno == ENOENT || errno == ENOTDIR;
+    return refused("store-missing", path,
+                   missing ? "does not exist" : std::string("cannot be looked for: ") + std::strerror(errno));
+  }
   if (!S_ISREG(file.st_mode)) return refused("store-unknown", path, "is no file");
   // Opened as immutable, a file is read without its log. A log with something in it means that the last write was cut short.
   for (const char* log : {"-wal", "-journal"}) {

@@ -7,6 +7,12 @@ namespace cordillera::server::access {
 
 using proto::Problem;
 
+namespace {
+
+constexpr const char* kNobody = " has 0 tokens: nobody can write";
+
+}  // namespace
+
 proto::Result<std::unique_ptr<TokenFile>> TokenFile::open(const std::string& path, const std::string& lines) {
   std::unique_ptr<TokenFile> file(new TokenFile);
   auto fixed = read_tokens(lines, "token-lines");
@@ -17,6 +23,7 @@ proto::Result<std::unique_ptr<TokenFile>> TokenFile::open(const std::string& pat
   file->configured_ = !path.empty() || !file->fixed_.empty();
   if (path.empty()) return file;
   if (const auto read = file->read(file->stamp()); !read) return read.problem();
+  if (file->lines_->empty()) log_warning(path + kNobody);
   return file;
 }
 
@@ -49,6 +56,7 @@ void TokenFile::refresh() {
     seen_ = now;
     return;
   }
+  if (lines_->empty()) return log_warning(path_.string() + kNobody);
   log_info("the token file was read again: " + std::to_string(lines_->size()) + " tokens");
 }
 

@@ -121,6 +121,7 @@ bool tell(const std::string& path, const proto::Result<Report>& report, Show sho
 }  // namespace
 
 int check_command(const CheckLine& line) {
+  if (const auto closed = refuse_closed(line.path, "path")) return fail(*closed);
   const Layout layout{line.path};
   std::error_code error;
   bool sound = true;

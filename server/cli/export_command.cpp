@@ -46,6 +46,7 @@ std::string ending_of(const std::string& path) {
 proto::Result<std::unique_ptr<pipeline::StoreReader>> open_source(const std::string& source) {
   std::error_code error;
   const std::string accepted = "a file that `cordillera build -o NAME.sqlite` made, or a dataset's folder in a server's data";
+  if (auto closed = refuse_closed(source, "source")) return *closed;
   if (!fs::exists(source, error)) return Problem{"file-unreadable", "there is no " + source, accepted, "source"};
   if (raster::is_raster_extension(raster::extension_of(source)) && path_kind(source) == PathKind::raster)
     return Problem{"file-unreadable", source + " is a raster, and export takes what was built of one",

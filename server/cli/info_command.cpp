@@ -51,6 +51,7 @@ bool holds_rasters(const std::string& path) {
 }  // namespace
 
 int info_command(const std::string& path, Show show, const Settings& settings) {
+  if (const auto closed = refuse_closed(path, "path")) return fail(*closed);
   const PathKind kind = path_kind(path);
   const bool of_maps = kind != PathKind::folder && pipeline::exports::is_tile_archive(path),
              of_3d_tiles = kind == PathKind::raster && proto::lower(fs::path(path).extension().string()) == ".3tz";

@@ -1,9 +1,12 @@
 #include "server/cli/path_kind.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <string_view>
+#include <system_error>
 
 #include "raster/gdal/formats.h"
 
@@ -27,6 +30,14 @@ PathKind path_kind(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   const bool sqlite = file.read(begin.data(), static_cast<std::streamsize>(begin.size())) && begin.starts_with(kSqlite);
   return sqlite && !begin.ends_with(kGeoPackage) ? PathKind::store : PathKind::raster;
+}
+
+std::optional<proto::Problem> refuse_closed(const std::string& path, const std::string& parameter) {
+  std::error_code error;
+  const bool folder = std::filesystem::is_directory(path, error);
+  if (error != std::errc::permission_denied && !(folder && ::access(path.c_str(), R_OK | X_OK) != 0)) return std::nullopt;
+  return proto::Problem{"file-unreadable", path + " may not be read: Permission denied",
+                        "a path that is open to whoever runs this", parameter};
 }
 
 bool means_another_file(const std::string& output) {

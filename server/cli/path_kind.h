@@ -1,6 +1,7 @@
 #pragma once
 // What a path of the command line names.
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "proto/result.h"
@@ -14,6 +15,9 @@ enum class PathKind : std::uint8_t {
   folder,
 };
 PathKind path_kind(const std::string& path);
+/// A path that is closed to whoever runs this, or a folder that is: nothing can be said of what is there, not even that it is
+/// missing.
+std::optional<proto::Problem> refuse_closed(const std::string& path, const std::string& parameter);
 
 /// dem.tif, out.zip: who says so means a file, unless such a folder is there or a slash says that it is one.
 bool means_another_file(const std::string& output);

@@ -1,5 +1,6 @@
 #include <execinfo.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <array>
 #include <boost/asio/io_context.hpp>
@@ -98,12 +99,33 @@ std::optional<proto::Problem> set_up(Settings& settings, const std::string& prog
   return std::nullopt;
 }
 
+/// Whoever sends it to a service wants files to be read again.
+void pass_over_hangups(boost::asio::signal_set& hangups) {
+  hangups.async_wait([&hangups](const boost::system::error_code& error, int) {
+    if (error) return;
+    log_info("SIGHUP changes nothing: a changed file of tokens is read by itself, other settings at a start");
+    pass_over_hangups(hangups);
+  });
+}
+
+/// Not where nohup has taken it away.
+bool gets_hangups() {
+  struct sigaction now {};
+  return sigaction(SIGHUP, nullptr, &now) == 0 && now.sa_handler != SIG_IGN;
+}
+
 /// Serves until it is told to stop.
 void run_until_stopped(const ServeSettings& settings, Service& service, front::HttpServer& http, LiveNotes live_notes,
                        const std::function<void(int port)>& listening) {
   boost::asio::io_context io;
-  boost::asio::signal_set signals(io, SIGINT, SIGTERM);
-  if (listening) signals.add(SIGHUP);  // a window that is closed ends what was begun for somebody to look at
+  boost::asio::signal_set signals(io, SIGINT, SIGTERM), hangups(io);
+  // A window that is closed ends what was begun in it, or for somebody to look at.
+  if (listening || (gets_hangups() && isatty(STDERR_FILENO) == 1)) {
+    signals.add(SIGHUP);
+  } else if (gets_hangups()) {
+    hangups.add(SIGHUP);
+    pass_over_hangups(hangups);
+  }
   signals.async_wait([&](const boost::system::error_code& error, int) {
     if (error) return;
     log_info("stopping: running builds go on at the next start");

@@ -210,6 +210,30 @@ TEST_F(Program, CheckSaysWhatItTakesOfAFileThatIsNoDataset) {
   EXPECT_THAT(refused.output, HasSubstr("is no dataset; accepted: the .sqlite file of a dataset"));
 }
 
+TEST_F(Program, AHangupChangesNothingAndAFileWithoutTokensIsTold) {
+  std::ofstream(folder_.path() / "tokens") << "# none yet\n";
+  server_.start(folder_.path(), {"--tokens", (folder_.path() / "tokens").string()});
+  EXPECT_THAT(server_.log(), HasSubstr("tokens has 0 tokens: nobody can write"));
+  server_.tell(SIGHUP);
+  EXPECT_TRUE(eventually([&] { return server_.log().find("SIGHUP changes nothing") != std::string::npos; })) << server_.log();
+  EXPECT_EQ(shell("curl -q -s -f " + server_.base() + "/healthz").code, 0);
+  EXPECT_EQ(server_.end(SIGTERM), 0);
+}
+
+TEST_F(Program, AFolderThatMayNotBeEnteredIsToldSo) {
+  if (geteuid() == 0) GTEST_SKIP() << "root may enter every folder";
+  const std::filesystem::path place = folder_.path() / "closed";
+  ASSERT_EQ(shell(build("-q --max-level 6 -o " + (folder_.path() / "a.sqlite").string())).code, 0);
+  std::filesystem::create_directory(place);
+  std::filesystem::rename(folder_.path() / "a.sqlite", place / "dataset.sqlite");
+  std::filesystem::permissions(place, std::filesystem::perms::none);
+  for (const std::string& name : {place.string(), (place / "dataset.sqlite").string()}) {
+    for (const std::string command : {" check ", " info ", " export -o a.glb "})
+      EXPECT_THAT(shell(kProgram + command + name).output, HasSubstr("may not be read: Permission denied")) << command;
+  }
+  std::filesystem::permissions(place, std::filesystem::perms::owner_all);
+}
+
 TEST_F(Program, ASecondServerIsRefusedThePortAndTheFolder) {
   start_server();
   const std::string address = server_.base().substr(7), data = (folder_.path() / "data").string();

@@ -94,6 +94,9 @@ class RealServer {
     ASSERT_TRUE(process_ > 0 && !base_.empty()) << "the server did not start: " << log();
   }
 
+  void tell(int signal) const {
+    if (process_ > 0) kill(process_, signal);
+  }
   /// The status that waitpid gives.
   int end(int signal) {
     if (process_ <= 0) return -1;
