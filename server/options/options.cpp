@@ -132,12 +132,33 @@ std::vector<std::string> unread_variables() {
   return sentences;
 }
 
+namespace {
+
+bool is_quoted(const std::string& value) { return value.size() >= 2 && value.front() == '"' && value.back() == '"'; }
+
+struct WrongValue {
+  std::string what, accepted;
+};
+
+/// What would be taken for a part of the value, and is hardly meant as one.
+std::optional<WrongValue> wrong_in_value(const std::string& value) {
+  if (value.empty() || is_quoted(value)) return std::nullopt;
+  if (value.front() == '"' || value.back() == '"')
+    return WrongValue{"a quote at one end of the value alone", "quotes at both ends, or none"};
+  if (value.find(" #") != value.npos || value.find("\t#") != value.npos)
+    return WrongValue{"a '#' behind the value", "a comment as a line of its own; a value with a '#' stands in quotes"};
+  return std::nullopt;
+}
+
+}  // namespace
+
 proto::Result<Given> config_file_layer(const std::string& path) {
   std::ifstream file(path);
   if (!file) return proto::Problem{"file-unreadable", "cannot read the config file " + path, "a readable text file", "--config"};
   Given given;
   std::string line;
   for (int number = 1; std::getline(file, line); ++number) {
+    if (number == 1 && line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);  // a mark that some editors begin with
     line = trimmed(line);
     if (line.empty() || line.front() == '#') continue;
     const auto equals = line.find('=');
@@ -146,7 +167,10 @@ proto::Result<Given> config_file_layer(const std::string& path) {
                             "lines of name = value", "--config"};
     }
     std::string value = trimmed(line.substr(equals + 1));
-    if (value.size() >= 2 && value.front() == '"' && value.back() == '"') value = value.substr(1, value.size() - 2);
+    if (const auto wrong = wrong_in_value(value))
+      return proto::Problem{"config-invalid", path + ":" + std::to_string(number) + ": " + wrong->what, wrong->accepted,
+                            "--config"};
+    if (is_quoted(value)) value = value.substr(1, value.size() - 2);
     given.emplace_back(trimmed(line.substr(0, equals)), value);
   }
   return given;

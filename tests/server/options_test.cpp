@@ -18,6 +18,7 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Pair;
 
 proto::Result<Settings> query(const Given& given) { return with_layer({}, build_options(), given, Spelling::query); }
 
@@ -380,6 +381,20 @@ TEST(Options, TheConfigFileIsALayer) {
   EXPECT_EQ(settings->serve.listen, "[::1]:0");
   std::ofstream(path) << "just words\n";
   EXPECT_THAT(config_file_layer(path.string()).problem().detail, HasSubstr(":1:"));
+  std::ofstream(path) << "\xef\xbb\xbflisten = [::1]:0\ntitle = \"Peak #1\"\nattribution = a#b\n";
+  EXPECT_THAT(*config_file_layer(path.string()),
+              ElementsAre(Pair("listen", "[::1]:0"), Pair("title", "Peak #1"), Pair("attribution", "a#b")));
+  const std::pair<const char*, const char*> rows[] = {{"data = /srv/data # of the service", "a '#' behind the value"},
+                                                      {"data = /srv/data\t# of the service", "a '#' behind the value"},
+                                                      {"data = \"/srv/data", "a quote at one end"},
+                                                      {"data = /srv/data\"", "a quote at one end"},
+                                                      {"data = \"", "a quote at one end"}};
+  for (const auto& [text, said] : rows) {
+    std::ofstream(path) << "\n" << text << "\n";
+    const auto refused = config_file_layer(path.string());
+    ASSERT_FALSE(refused) << text;
+    EXPECT_THAT(refused.problem().detail, testing::AllOf(HasSubstr(":2:"), HasSubstr(said))) << text;
+  }
   std::filesystem::remove(path);
   EXPECT_FALSE(config_file_layer(path.string()));
 }
