@@ -8,6 +8,7 @@
 #include <numbers>
 #include <vector>
 
+#include "proto/ellipsoid.h"
 #include "raster/gdal/gdal_scope.h"
 
 namespace cordillera::raster {
@@ -69,6 +70,7 @@ proto::Result<Placement> Placement::make(const Dataset& dataset, const Crs& crs)
   if (auto done = placement.make_transform(dataset, crs); !done.ok()) return done.problem();
   placement.find_period(crs);
   placement.plate_ = placement.is_plate(crs);
+  placement.same_px_ = placement.same_place_px(crs);
   return placement;
 }
 
@@ -177,6 +179,16 @@ void Placement::find_period(const Crs& crs) {
     turn_px_ = period_px_ = static_cast<int>(whole);
 }
 
+/// So near to its pixel a place comes back: beyond a map's outline it is far away. PROJ's way back is a millimetre off in some
+/// projections, and pixels may be as small.
+double Placement::same_place_px(const Crs& crs) const {
+  constexpr double kSame_px = 0.5, kSame_m = 0.05;
+  const double unit_m =
+      crs.horizontal.IsGeographic() ? crs.horizontal.GetAngularUnits() * proto::kSemiMajor_m : crs.horizontal.GetLinearUnits();
+  const double pixel_m = unit_m * std::min(std::hypot(forward_[1], forward_[4]), std::hypot(forward_[2], forward_[5]));
+  return std::max(kSame_px, kSame_m / pixel_m);
+}
+
 /// WGS 84 and systems that PROJ equates with it need no call per point: their transformation moves nothing, tried over the
 /// raster.
 bool Placement::is_plate(const Crs& crs) const {
@@ -236,14 +248,13 @@ void Placement::to_degrees(double* x, double* y, std::size_t count) const {
 
 void Placement::to_degrees_on_map(double* x, double* y, std::size_t count) const {
   if (plate_) return to_degrees(x, y, count);
-  constexpr double kSame_px = 0.5;
   const std::vector<double> column(x, x + count), row(y, y + count);
   to_degrees(x, y, count);
   std::vector<double> back_x(x, x + count), back_y(y, y + count);
   to_pixels(back_x.data(), back_y.data(), count);
   for (std::size_t k = 0; k < count; ++k) {
     const double off_x = turn_px_ > 0 ? std::remainder(back_x[k] - column[k], turn_px_) : back_x[k] - column[k];
-    if (!(std::abs(off_x) < kSame_px && std::abs(back_y[k] - row[k]) < kSame_px)) x[k] = y[k] = kNoPlace;
+    if (!(std::abs(off_x) < same_px_ && std::abs(back_y[k] - row[k]) < same_px_)) x[k] = y[k] = kNoPlace;
   }
 }
 

@@ -51,6 +51,7 @@ class Placement {
   bool transform_to(const Crs& crs, bool exact_only);
   void find_period(const Crs& crs);
   bool is_plate(const Crs& crs) const;
+  double same_place_px(const Crs& crs) const;
   void image_to_map(double* x, double* y, std::size_t count) const;
   void map_to_image(double* x, double* y, std::size_t count) const;
 
@@ -61,6 +62,7 @@ class Placement {
   int period_px_ = 0;
   double turn_px_ = 0;
   bool plate_ = false;
+  double same_px_ = 0;
   std::unique_ptr<OGRCoordinateTransformation> to_map_, to_wgs84_;
 };
 
