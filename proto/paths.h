@@ -3,12 +3,19 @@
 #include <algorithm>
 #include <filesystem>
 #include <string>
+#include <system_error>
 
 namespace cordillera::proto {
 
 /// Whether `inner` is `outer` or something below it. By their names alone: both are absolute, without links and dots.
 inline bool lies_in(const std::filesystem::path& inner, const std::filesystem::path& outer) {
   return std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first == outer.end();
+}
+
+/// Where a file lies that is to be replaced: a link to it goes on pointing there. error: of a link that leads nowhere; then
+/// empty.
+inline std::filesystem::path behind_link(const std::filesystem::path& path, std::error_code& error) {
+  return std::filesystem::is_symlink(path, error) ? std::filesystem::canonical(path, error) : path;
 }
 
 /// What a library said of a path, under the name by which others know it.

@@ -22,8 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 using proto::Problem;
 
-constexpr const char* kPartial = ".partial-";  // and the number of the process
-constexpr const char* kOld = ".old";           // behind both, for as long as two folders change places
+constexpr const char* kOld = ".old";  // behind kPartial and the process, for as long as two folders change places
 constexpr const char* kAccepted = "a folder that is missing, empty or an earlier export, on a disk with free space";
 
 Problem write_problem(const std::string& folder, const std::string& why) {
@@ -138,11 +137,11 @@ proto::Result<void> export_static(const faces::Terrain& terrain, const std::vect
   if (const auto usable = check_export_folder(folder, other); !usable) return usable;
   try {
     const fs::path target = (fs::absolute(folder) / "").lexically_normal().parent_path();  // without a slash at the end
-    const std::string before = target.filename().string() + kPartial;
+    const std::string before = target.filename().string() + exports::kPartial;
     exports::remove_left_behind(target.parent_path(), before, {""});
     // Where nothing has its place, a kill has left the earlier export under that name alone.
     if (fs::exists(target)) exports::remove_left_behind(target.parent_path(), before, {kOld});
-    Workplace work(target.string() + kPartial + std::to_string(getpid()));
+    Workplace work(target.string() + exports::kPartial + std::to_string(getpid()));
     write_faces(terrain, chosen, threads, work);
     work.write("manifest.json", manifest_json(terrain.manifest()));
     const bool has_page =

@@ -9,6 +9,7 @@
 
 #include "pipeline/store/sqlite.h"
 #include "proto/numbers.h"
+#include "proto/paths.h"
 
 namespace cordillera::pipeline::exports {
 namespace {
@@ -70,8 +71,7 @@ proto::Result<void> write_export(const std::string& path, Existing other,
                                  const std::function<void(const fs::path& sibling)>& write) {
   if (const auto usable = check_output_file(path, other); !usable) return usable;
   std::error_code error;
-  // A link goes on pointing to what it points to.
-  const fs::path place = fs::is_symlink(path, error) ? fs::canonical(path, error) : fs::path(path);
+  const fs::path place = proto::behind_link(path, error);
   const std::string before = "." + place.filename().string() + ".";
   remove_left_behind(place.parent_path(), before, {".partial", ".partial.tiles", ".partial-journal"});
   const TemporaryFile sibling(place.parent_path() / (before + std::to_string(getpid()) + ".partial"));

@@ -29,6 +29,9 @@ faces::Document made(const faces::Terrain& terrain, const faces::Resource& resou
 /// Whether write_export would take the path: to be asked before hours of work.
 proto::Result<void> check_output_file(const std::string& path, Existing other);
 
+/// Between the name of what a process writes and the process's number, of a folder that is given its name when it is whole.
+inline constexpr const char* kPartial = ".partial-";
+
 /// Removes what killed processes have left in a folder: files and folders called `before`, the number of the process, and one of
 /// `ends`. What cannot be removed does no harm. A number says nothing of processes of other machines and containers: a place is
 /// for one export at a time.

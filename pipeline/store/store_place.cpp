@@ -8,6 +8,7 @@
 #include "pipeline/store/mesh_files.h"
 #include "pipeline/store/sqlite.h"
 #include "pipeline/store/store_revise.h"
+#include "proto/paths.h"
 #include "raster/disk/write_all.h"
 
 namespace cordillera::pipeline {
@@ -21,8 +22,7 @@ constexpr const char* kBeside = ".building";
 
 proto::Result<StorePlace> StorePlace::replacing(const std::string& path, const proto::Plan& plan) {
   std::error_code error;
-  // A link goes on pointing to what it points to.
-  const fs::path real = fs::is_symlink(path, error) ? fs::canonical(path, error) : fs::path(path);
+  const fs::path real = proto::behind_link(path, error);
   StorePlace place(path);
   if (error) return place;
   const std::string beside = real.string() + kBeside;

@@ -7,6 +7,7 @@
 
 #include "proto/letters.h"
 #include "proto/mesh_file/formats.h"
+#include "proto/paths.h"
 
 namespace cordillera::proto {
 namespace {
@@ -110,8 +111,7 @@ bool write_mesh(std::ostream& out, const TriangleMesh& mesh, const MeshEncoding&
 Result<void> write_mesh_file(const std::string& path, const TriangleMesh& mesh, const MeshEncoding& encoding) {
   std::error_code error;
   if (fs::exists(path, error) && !fs::is_regular_file(path, error)) return unwritable(path, "it is there and no file");
-  // A link goes on pointing to what it points to.
-  const fs::path place = fs::is_symlink(path, error) ? fs::canonical(path, error) : fs::path(path);
+  const fs::path place = behind_link(path, error);
   const fs::path temporary = temporary_for(place);
   std::ofstream file(temporary, std::ios::binary | std::ios::trunc);
   if (!file) return unwritable(path, "its folder cannot be written");

@@ -166,8 +166,7 @@ int build_file(pipeline::BuildRequest request, const BuildLine& line) {
   StageTimes times;
   const auto manifest = build_store(request, line.words, times);
   if (manifest) return done(*manifest, line.output, line.words, times);
-  return fail(
-      with_way_on(manifest.problem(), line.output));  // or what --overwrite was to replace stands there, and a part beside it
+  return fail(with_way_on(manifest.problem(), line.output));
 }
 
 /// Whether a format is asked for that has nothing but tiles of Web Mercator.

@@ -207,14 +207,13 @@ std::optional<std::string> something_in(const fs::path& folder) {
 
 /// Somewhere beside `to`, or in it if it is there. It is given away only when everything is there.
 proto::Result<BackedUp> in_place(const fs::path& to, const std::function<BackedUp(const fs::path& work)>& make) {
-  constexpr const char* kPartial = ".partial-";  // and the number of the process
   std::error_code error;
   fs::path place = fs::absolute(to).lexically_normal();
   if (!place.has_filename()) place = place.parent_path();
   const bool there = fs::exists(place, error);
   if (there && !fs::is_directory(place, error)) return cannot(place.string(), "it exists and is no folder");
   const fs::path parent = there ? place : place.parent_path();
-  const std::string before = (there ? "" : place.filename().string()) + kPartial;
+  const std::string before = (there ? "" : place.filename().string()) + pipeline::exports::kPartial;
   pipeline::exports::remove_left_behind(parent, before, {""});
   const fs::path work = parent / (before + std::to_string(getpid()));
   try {
