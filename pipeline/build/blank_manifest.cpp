@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <filesystem>
 #include <utility>
 
 #include "pipeline/build/water_build.h"
 #include "pipeline/encode/encode.h"
 #include "pipeline/plan/plan.h"
+#include "pipeline/store/water_mask.h"
 #include "proto/ellipsoid.h"
 #include "proto/lattice.h"
 #include "proto/utf8.h"
@@ -35,7 +35,7 @@ proto::BuildOptions effective(const BuildRequest& request, const proto::Plan& pl
   options.set_threads(machine.threads);
   options.set_min_level(plan.min_level());
   options.set_max_level(plan.finest_level());
-  options.set_water_mask(std::filesystem::path(options.water_mask()).filename().string());
+  options.set_water_mask(water_mask_name(options));
   if (!options.has_z_scale()) options.set_z_scale(1);
   if (!options.has_z_offset()) options.set_z_offset(0);
   return options;

@@ -75,6 +75,7 @@ Builder::Builder(const proto::Plan& plan, Workers& workers, OpenSource open, Roo
       open_(std::move(open)),
       room_(std::move(room)),
       stop_(stop),
+      water_(plan_, workers, sources_),
       tiles_(workers, stop),
       exact_({workers.loop(), [this](std::size_t count, const auto& work) { workers_.with_caller(count, work); }}, stop) {}
 
@@ -114,6 +115,7 @@ proto::Result<void> Builder::prepare() {
     return source;
   };
   if (const auto begun = sources_.open(workers_.threads(), open); !begun.ok()) return begun;
+  if (const auto mask = water_.open(); !mask.ok()) return mask;
   if (plan_.exact() && (!has_levels_above(plan_) || merged_at_once(plan_))) return {};
   return tiles_.open(room_.device, plan_.exact() ? gpu::kStrategies.front() : named_strategy(plan_.options()));
 }
@@ -266,6 +268,16 @@ void Builder::encode(const LevelContext& context, std::vector<BuiltTile>& tiles,
 
 proto::Result<FinishedTask> Builder::block(const proto::TileAddress& node, const std::function<void(double)>& share,
                                            const FinestSink& sink) {
+  auto task = tiles_of_block(node, share, sink);
+  if (!task.ok() || task->tiles.empty() || alone_) return task;
+  auto water = water_.of(node);
+  if (!water.ok()) return water.problem();
+  task->water = std::move(*water);
+  return task;
+}
+
+proto::Result<FinishedTask> Builder::tiles_of_block(const proto::TileAddress& node, const std::function<void(double)>& share,
+                                                    const FinestSink& sink) {
   if (plan_.exact()) return exact_block(node, share, sink);
   FinishedTask task;
   task.node = node;

@@ -13,6 +13,7 @@
 #include "pipeline/build/exact/gathered_blocks.h"
 #include "pipeline/build/exact_build.h"
 #include "pipeline/build/tile_simplifiers.h"
+#include "pipeline/build/water_build.h"
 #include "pipeline/build/worker_sources.h"
 #include "pipeline/store/store.h"
 #include "pipeline/threads/workers.h"
@@ -54,8 +55,8 @@ class Builder {
   /// ones. No further than that, before there is room for them.
   std::size_t tasks_ahead() const;
 
-  /// Tiles of all levels below and including the block, from the finest up. share: how much of it is done, 0 to 1; called by any
-  /// thread.
+  /// Tiles of all levels below and including the block, from the finest up, and their water masks. share: how much of it is done,
+  /// 0 to 1; called by any thread.
   proto::Result<FinishedTask> block(const proto::TileAddress& node, const std::function<void(double)>& share,
                                     const FinestSink& finest = {});
   /// The mesh that a finished task left for its parent; nullopt where it has none. Called by any thread.
@@ -75,6 +76,8 @@ class Builder {
   std::vector<raster::PixelPoint> pixels_in(const proto::TileAddress& tile, unsigned worker);
   bool is_empty(const raster::Source::Window& window);
   proto::Result<FinishedTask> merge_at_once(const ChildMesh& mesh_of);
+  proto::Result<FinishedTask> tiles_of_block(const proto::TileAddress& node, const std::function<void(double)>& share,
+                                             const FinestSink& finest);
   proto::Result<FinishedTask> exact_block(const proto::TileAddress& node, const std::function<void(double)>& share,
                                           const FinestSink& finest);
   /// Reads what of the window its samples hold; those lie within the window or are void already.
@@ -91,6 +94,7 @@ class Builder {
   const Room room_;
   const std::atomic<bool>& stop_;
   WorkerSources sources_;
+  BlockWater water_;
   class BlockRoom;  ///< of a block that goes on after it was read
   std::mutex rooms_mutex_;
   std::condition_variable room_free_;

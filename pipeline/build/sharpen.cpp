@@ -5,6 +5,7 @@
 #include "pipeline/encode/draco_mesh.h"
 #include "pipeline/plan/block_grid.h"
 #include "pipeline/plan/plan.h"
+#include "pipeline/store/water_mask.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -44,9 +45,10 @@ proto::Result<void> copy_beside(const StoreReader& store, const proto::Plan& pla
           as_it_is ? proto::Result<std::string>(std::move(blob->bytes)) : on_lattice(blob->bytes, lattice_of(plan).tile_units(z));
       if (!drc.ok()) return drc.problem();
       task.tiles.push_back({std::move(record), std::move(*drc), {}});
+      if (std::string mask = store.water(tile); !mask.empty()) task.water.push_back({tile, std::move(mask)});
       if (task.tiles.size() < kTilesAtOnce) continue;
       if (auto committed = to.commit(task); !committed.ok()) return committed;
-      task.tiles.clear();
+      task.tiles.clear(), task.water.clear();
     }
   }
   return to.commit(task);
@@ -54,10 +56,7 @@ proto::Result<void> copy_beside(const StoreReader& store, const proto::Plan& pla
 
 }  // namespace
 
-bool has_blocks_to_show(const proto::Plan& plan) {
-  const bool water = plan.options().has_water() || !plan.options().water_mask().empty();
-  return !water && has_levels_above(plan);
-}
+bool has_blocks_to_show(const proto::Plan& plan) { return has_levels_above(plan); }
 
 bool can_show_blocks(const proto::Plan& plan, const proto::Manifest& provisional) {
   return provisional.provisional() && has_blocks_to_show(plan) && provisional.max_level() >= plan.block_level() &&
@@ -87,6 +86,8 @@ proto::Result<void> put_done_blocks(const std::string& store, const proto::Plan&
     if (const auto committed = (*writer)->commit(task); !committed.ok()) return committed.problem();
   }
   nodes.merge(blocks_in(manifest));
+  // What was shown before had no masks of that raster: it would take too long to read.
+  manifest.mutable_options()->set_water_mask(water_mask_name(plan.options()));
   manifest.clear_done_blocks();
   manifest.mutable_done_blocks()->set_level(plan.block_level());
   double made = 0, all = 0;

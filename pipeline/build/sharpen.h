@@ -9,7 +9,7 @@
 
 namespace cordillera::pipeline {
 
-/// Whether there are several blocks, and no water masks, which are made at a build's end.
+/// Whether there are several blocks.
 bool has_blocks_to_show(const proto::Plan& plan);
 
 /// Whether final tiles of the plan's blocks can stand in a provisional dataset: there are some to show, and it reaches down to

@@ -234,7 +234,7 @@ proto::Result<void> make_stages(const Site& site, const Stages& stages) {
   if (const auto built = build_blocks(site, stages.front()); !built.ok()) return built;
   if (const auto merged = merge_upwards(site, stages); !merged.ok()) return merged;
   site.teller.stage("publish", 1);
-  return build_water(site.plan, site.shop.workers, site.shop.open, site.store, site.stop);
+  return build_water_above(site.plan, site.store, site.stop);
 }
 
 }  // namespace cordillera::pipeline

@@ -9,6 +9,7 @@
 #include "pipeline/encode/draco_mesh.h"
 #include "pipeline/encode/encode.h"
 #include "pipeline/encode/published_mesh.h"
+#include "pipeline/encode/rim_slivers.h"
 #include "pipeline/encode/tile_glb.h"
 #include "pipeline/finest/pixel_error.h"
 #include "pipeline/plan/plan.h"
@@ -16,6 +17,9 @@
 
 namespace cordillera::pipeline {
 namespace {
+
+/// Of the level's target: by so much more a triangle between two rows of samples on a rim may be off.
+constexpr double kMostLean = 0.25;
 
 /// Of a square of so many cells; south_west: on the samples' turn.
 SampleCount count_square(const proto::Lattice& lattice, const proto::Samples& samples, std::int64_t west, std::int64_t south,
@@ -125,7 +129,11 @@ SampleCount SampleCounts::of(const proto::TileAddress& tile) const {
 }
 
 std::optional<EncodedTile> encode_tile(const LevelContext& context, const BuiltTile& built, const proto::BuildOptions& options) {
-  const PublishedMesh published = published_mesh(built.mesh);
+  // The finest level is held against the raster's pixels, which see what lies between samples.
+  const bool finest = built.tile.z == context.lattice->finest_level;
+  const std::vector<std::uint8_t> left_out =
+      finest ? std::vector<std::uint8_t>() : rim_slivers(built.mesh, kMostLean * context.level->target());
+  const PublishedMesh published = published_mesh(built.mesh, left_out);
   if (published.empty()) return std::nullopt;
   EncodedTile encoded{record_of(built), {}, {}};
   proto::TileRecord& record = encoded.record;

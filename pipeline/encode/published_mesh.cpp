@@ -13,11 +13,11 @@ constexpr std::uint32_t kNoVertex = UINT32_MAX;
 // Corner 3 t + c of triangle t is where the half-edge of that number starts; it runs to corner next(3 t + c).
 std::uint32_t next(std::uint32_t corner) { return corner % 3 == 2 ? corner - 2 : corner + 1; }
 
-std::vector<Triangle> visible_triangles(const proto::TileMesh& mesh) {
+std::vector<Triangle> visible_triangles(const proto::TileMesh& mesh, const std::vector<std::uint8_t>& left_out) {
   std::vector<Triangle> visible;
   visible.reserve(mesh.triangles.size());
-  for (const Triangle& t : mesh.triangles) {
-    if (is_published(mesh, t)) visible.push_back(t);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (is_published(mesh, mesh.triangles[t]) && (left_out.empty() || left_out[t] == 0)) visible.push_back(mesh.triangles[t]);
   }
   return visible;
 }
@@ -42,8 +42,8 @@ class Fans {
 
 }  // namespace
 
-PublishedMesh published_mesh(const proto::TileMesh& mesh) {
-  const std::vector<Triangle> visible = visible_triangles(mesh);
+PublishedMesh published_mesh(const proto::TileMesh& mesh, const std::vector<std::uint8_t>& left_out) {
+  const std::vector<Triangle> visible = visible_triangles(mesh, left_out);
   const std::vector<std::uint32_t> twin = gpu::twin_edges(visible);
   Fans fans(twin.size());
   for (std::uint32_t c = 0; c < twin.size(); ++c) {

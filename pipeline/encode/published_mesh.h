@@ -20,6 +20,7 @@ struct PublishedMesh {
   bool empty() const { return triangles.empty(); }
 };
 
-PublishedMesh published_mesh(const proto::TileMesh& mesh);
+/// left_out: indexed by triangle of the mesh, 1 where it is not to be seen either; empty: none.
+PublishedMesh published_mesh(const proto::TileMesh& mesh, const std::vector<std::uint8_t>& left_out = {});
 
 }  // namespace cordillera::pipeline

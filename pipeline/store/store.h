@@ -30,6 +30,12 @@ inline proto::TileAddress address_of(const proto::TileRecord& record) {
   return {static_cast<int>(record.level()), static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())};
 }
 
+/// A tile's water mask, as pack_water has it; tiles that are all land have none.
+struct TileWater {
+  proto::TileAddress tile;
+  std::string packed;
+};
+
 /// What a block or a merge hands to the store in one transaction.
 struct FinishedTask {
   proto::TileAddress node;                                         ///< the block or the merged parent
@@ -37,6 +43,7 @@ struct FinishedTask {
   std::optional<std::pair<proto::TileAddress, std::string>> mesh;  ///< serialised mesh for the parent's weld; none when all void
   std::vector<proto::TileAddress> consumed;                        ///< child meshes no longer needed
   bool mesh_is_kept = false;                                       ///< in a file, and mesh has its hash: see StoreWriter::keep
+  std::vector<TileWater> water = {};                               ///< of a block's tiles on all its levels
 };
 
 /// What becomes of another build that is already where a new one is to go.
@@ -62,13 +69,10 @@ class StoreWriter {
   /// A committed block's tiles, without what it has left; none of a published store.
   virtual FinishedTask block(const proto::TileAddress& node) const = 0;
   virtual std::optional<std::string> mesh(const proto::TileAddress& node) const = 0;
-  /// A tile's water mask, as pack_water has it; tiles that are all land have none.
-  struct Water {
-    proto::TileAddress tile;
-    std::string packed;
-  };
+  /// The mask of a tile that a committed block made; empty: all land, or the store is published.
+  virtual std::string water(const proto::TileAddress& tile) const = 0;
   /// All or nothing; a tile's mask takes the place of an earlier one. Nothing happens to a published store, which has them.
-  virtual proto::Result<void> put_water(const std::vector<Water>& masks) = 0;
+  virtual proto::Result<void> put_water(const std::vector<TileWater>& masks) = 0;
   /// Sums the records up per level into manifest->levels, tiles, triangles, bytes; writes the manifest; only then can StoreReader
   /// open the file. Geometric errors are made not to fall towards the root.
   virtual proto::Result<proto::Manifest> publish(proto::Manifest manifest) = 0;

@@ -55,6 +55,7 @@ class Remover {
               "INSERT OR IGNORE INTO gone SELECT drc FROM tiles WHERE level = ?1 AND y = ?2 AND x BETWEEN ?3 AND ?4 "
               "UNION SELECT glb FROM tiles WHERE level = ?1 AND y = ?2 AND x BETWEEN ?3 AND ?4"),
         tiles_(database, "DELETE FROM tiles WHERE level = ? AND y = ? AND x BETWEEN ? AND ?"),
+        water_(database, "DELETE FROM water WHERE level = ? AND y = ? AND x BETWEEN ? AND ?"),
         mesh_(database, "DELETE FROM meshes WHERE level = ? AND y = ? AND x = ?"),
         note_above_(
             database,
@@ -74,6 +75,7 @@ class Remover {
       for (std::int32_t y = y0; y <= y0 + last; ++y) {
         note_.bind(z, y, x0, x0 + last).run();
         tiles_.bind(z, y, x0, x0 + last).run();
+        water_.bind(z, y, x0, x0 + last).run();
       }
     }
     mesh_.bind(node.z, node.y, node.x).run();
@@ -81,13 +83,16 @@ class Remover {
 
  private:
   const Revision& revision_;
-  Statement note_, tiles_, mesh_, note_above_, tiles_above_;
+  Statement note_, tiles_, water_, mesh_, note_above_, tiles_above_;
 };
 
 void revise(Database& database, const proto::Plan& plan, const Revision& revision) {
   database.execute("CREATE TEMP TABLE gone(hash BLOB PRIMARY KEY) WITHOUT ROWID");
   Transaction transaction(database);
-  database.execute("DROP TABLE nodes; DROP TABLE IF EXISTS water; DELETE FROM meta WHERE key = 'manifest'");
+  database.execute("DROP TABLE nodes; DELETE FROM meta WHERE key = 'manifest'");
+  database.execute(kCreateWater);
+  // Those above the blocks are made anew of all blocks.
+  Statement(database, "DELETE FROM water WHERE level < ?").bind(revision.block_level).run();
   database.execute("CREATE TABLE tasks(level INT, y INT, x INT, PRIMARY KEY(level, y, x)) WITHOUT ROWID");
   add_sums(database);
   database.execute("PRAGMA user_version=" + std::to_string(kSchemaVersion));

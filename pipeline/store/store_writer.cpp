@@ -10,6 +10,7 @@
 #include "pipeline/store/store_revise.h"
 #include "pipeline/store/store_schema.h"
 #include "pipeline/store/store_sums.h"
+#include "pipeline/store/water_mask.h"
 #include "raster/disk/free_space.h"
 
 namespace cordillera::pipeline {
@@ -18,12 +19,18 @@ namespace {
 using proto::Problem;
 using proto::TileAddress;
 
+std::uint64_t bytes_of(const std::vector<TileWater>& masks) {
+  std::uint64_t bytes = 0;
+  for (const TileWater& mask : masks) bytes += mask.packed.size();
+  return bytes;
+}
+
 /// What a task leaves in the store, about.
 std::uint64_t bytes_of(const FinishedTask& task) {
   constexpr std::uint64_t kRow = 1024;  // a record, its sum and its places in the trees
   std::uint64_t bytes = task.mesh ? task.mesh->second.size() + kRow : 0;
   for (const EncodedTile& tile : task.tiles) bytes += tile.drc.size() + tile.glb.size() + kRow;
-  return bytes;
+  return bytes + bytes_of(task.water);
 }
 
 constexpr const char* kPutTile =
@@ -78,6 +85,8 @@ class SqliteWriter final : public StoreWriter {
       bring_up_to_date();
     if (fresh) files_.drop_all();  // another store's, which is gone
     keeps_meshes_ = has_note(kTasksNote);
+    has_water_ = has_water(plan_.options());
+    if (has_water_) database_->execute(kCreateWater);
     work_ = std::make_unique<WorkStatements>(*database_);
     return Found::ours;
   }
@@ -118,6 +127,7 @@ class SqliteWriter final : public StoreWriter {
       if (task.mesh && !as_it_is) files_.put(task.mesh->first, task.mesh->second);  // before the row that tells of it
       Transaction transaction(*database_);
       for (const EncodedTile& tile : task.tiles) put(tile);
+      put(task.water);
       if (task.mesh) {
         const TileAddress& at = task.mesh->first;
         work_->put_mesh.bind(at.z, at.y, at.x, as_it_is ? task.mesh->second : content_hash(task.mesh->second)).run();
@@ -143,10 +153,7 @@ class SqliteWriter final : public StoreWriter {
         *database_,
         "SELECT record, bytes FROM tiles JOIN blobs ON hash = drc WHERE level = ? AND y BETWEEN ? AND ? AND x BETWEEN ? AND ?");
     for (int z = node.z; z <= static_cast<int>(plan_.finest_level()); ++z) {
-      const int below = z - node.z;
-      const auto first = [below](std::int32_t at) { return std::int64_t{at} << below; };
-      const auto last = [below](std::int32_t at) { return ((std::int64_t{at} + 1) << below) - 1; };
-      tiles.bind(z, first(node.y), last(node.y), first(node.x), last(node.x));
+      bind_below(tiles, node, z);
       while (tiles.step()) {
         EncodedTile tile;
         const std::string_view record = tiles.blob(0);
@@ -156,6 +163,7 @@ class SqliteWriter final : public StoreWriter {
         task.tiles.push_back(std::move(tile));
       }
     }
+    if (has_water_) read_water_below(task);
     return task;
   }
 
@@ -172,18 +180,20 @@ class SqliteWriter final : public StoreWriter {
     return bytes;
   }
 
-  proto::Result<void> put_water(const std::vector<Water>& masks) override {
+  std::string water(const TileAddress& tile) const override {
+    const std::lock_guard lock(mutex_);
+    if (published_ || !has_water_) return "";
+    Statement mask(*database_, "SELECT mask FROM water WHERE level = ? AND y = ? AND x = ?");
+    return mask.bind(tile.z, tile.y, tile.x).step() ? std::string(mask.blob(0)) : "";
+  }
+
+  proto::Result<void> put_water(const std::vector<TileWater>& masks) override {
     const std::lock_guard lock(mutex_);
     if (published_) return {};
-    std::uint64_t bytes = 0;
-    for (const Water& mask : masks) bytes += mask.packed.size();
-    if (auto full = no_room_for(bytes)) return *full;
+    if (auto full = no_room_for(bytes_of(masks))) return *full;
     try {
       Transaction transaction(*database_);
-      database_->execute(kCreateWater);
-      Statement put(*database_,
-                    "INSERT OR REPLACE INTO water(level, y, x, mask, sum) VALUES(?1, ?2, ?3, ?4, row_sum(?1, ?2, ?3, ?4))");
-      for (const auto& [tile, packed] : masks) put.bind(tile.z, tile.y, tile.x, packed).run();
+      put(masks);
       transaction.commit();
       return {};
     } catch (const StoreError& e) { return store_write_problem(path_, e.what()); }
@@ -308,6 +318,31 @@ class SqliteWriter final : public StoreWriter {
         .run();
   }
 
+  void put(const std::vector<TileWater>& masks) {
+    if (masks.empty()) return;
+    Statement row(*database_,
+                  "INSERT OR REPLACE INTO water(level, y, x, mask, sum) VALUES(?1, ?2, ?3, ?4, row_sum(?1, ?2, ?3, ?4))");
+    for (const auto& [tile, packed] : masks) row.bind(tile.z, tile.y, tile.x, packed).run();
+  }
+
+  /// Level z of what lies below a node, for a statement that asks for a level, rows between two and columns between two.
+  static void bind_below(Statement& statement, const TileAddress& node, int z) {
+    const int below = z - node.z;
+    const auto first = [below](std::int32_t at) { return std::int64_t{at} << below; };
+    const auto last = [below](std::int32_t at) { return ((std::int64_t{at} + 1) << below) - 1; };
+    statement.bind(z, first(node.y), last(node.y), first(node.x), last(node.x));
+  }
+  void read_water_below(FinishedTask& task) const {
+    Statement masks(*database_, "SELECT y, x, mask FROM water WHERE level = ? AND y BETWEEN ? AND ? AND x BETWEEN ? AND ?");
+    for (int z = task.node.z; z <= static_cast<int>(plan_.finest_level()); ++z) {
+      bind_below(masks, task.node, z);
+      while (masks.step()) {
+        const auto y = static_cast<std::int32_t>(masks.integer(0)), x = static_cast<std::int32_t>(masks.integer(1));
+        task.water.push_back({{z, x, y}, std::string(masks.blob(2))});
+      }
+    }
+  }
+
   void publish_in_one(proto::Manifest& manifest) {
     Transaction transaction(*database_);
     database_->execute("DROP TABLE tasks");
@@ -325,6 +360,7 @@ class SqliteWriter final : public StoreWriter {
   MeshFiles files_;
   std::vector<TileAddress> without_data_;  ///< finished blocks that the file does not tell of yet
   bool keeps_meshes_ = false;              ///< in the store, for who builds on it
+  bool has_water_ = false;                 ///< its tiles may have masks
   mutable std::mutex mutex_;
   std::unique_ptr<Database> database_;
   std::unique_ptr<WorkStatements> work_;

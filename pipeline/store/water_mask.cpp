@@ -3,6 +3,7 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <stdexcept>
 
 #include "pipeline/store/sqlite.h"
@@ -15,6 +16,10 @@ constexpr std::size_t kPixels = std::size_t{kWaterSide} * kWaterSide;
 }  // namespace
 
 bool has_water(const proto::BuildOptions& options) { return options.has_water() || !options.water_mask().empty(); }
+
+std::string water_mask_name(const proto::BuildOptions& options) {
+  return std::filesystem::path(options.water_mask()).filename().string();
+}
 
 std::string pack_water(const WaterPixels& pixels) {
   if (pixels.empty()) return {};

@@ -16,6 +16,8 @@ inline constexpr std::uint8_t kWater = 255;
 
 /// Whether the options of a dataset say where water is.
 bool has_water(const proto::BuildOptions& options);
+/// The name of water-mask='s file, as manifests have it: they tell nobody of its folder. Empty: none.
+std::string water_mask_name(const proto::BuildOptions& options);
 
 /// By row, then column. Empty: all land.
 using WaterPixels = std::vector<std::uint8_t>;

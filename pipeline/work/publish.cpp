@@ -8,7 +8,6 @@
 #include "pipeline/build/water_build.h"
 #include "pipeline/store/mesh_files.h"
 #include "pipeline/store/sqlite.h"
-#include "pipeline/threads/workers.h"
 #include "pipeline/work/shard.h"
 #include "pipeline/work/work_plan.h"
 #include "raster/disk/write_all.h"
@@ -39,18 +38,6 @@ proto::Result<void> all_there(const proto::WorkPlan& plan, const std::string& fo
                         "cordillera work for what is missing", ""};
 }
 
-/// Water masks come from pixels, which no shard holds; without water= there are none.
-proto::Result<void> add_water(const proto::WorkPlan& plan, const BuildRequest& request, StoreWriter& store,
-                              const std::atomic<bool>& stop) {
-  if (!plan.options().has_water() && plan.options().water_mask().empty()) return {};
-  for (const raster::MosaicMember& member : request.members) {
-    if (const auto same = check_unchanged(member); !same.ok()) return same.problem();
-  }
-  Workers workers(0);
-  return build_water(
-      plan.plan(), workers, [&] { return open_source(request); }, store, stop);
-}
-
 proto::Result<proto::Manifest> collect(const proto::WorkPlan& plan, const std::string& folder, const std::string& path,
                                        const std::atomic<bool>& stop) {
   auto store = StoreWriter::open(path, plan.plan());
@@ -64,9 +51,8 @@ proto::Result<proto::Manifest> collect(const proto::WorkPlan& plan, const std::s
       if (const auto committed = (*store)->commit(*finished); !committed.ok()) return committed.problem();
     }
   }
-  const BuildRequest request = request_of(plan);
-  if (const auto masked = add_water(plan, request, **store, stop); !masked.ok()) return masked.problem();
-  return publish_store(**store, request, plan);
+  if (const auto masked = build_water_above(plan.plan(), **store, stop); !masked.ok()) return masked.problem();
+  return publish_store(**store, request_of(plan), plan);
 }
 
 }  // namespace

@@ -53,6 +53,13 @@ proto::Result<void> write_shard(const std::string& folder, const proto::WorkTask
     out.set_drc(tile.drc);
     out.set_glb(tile.glb);
   }
+  for (const TileWater& mask : finished.water) {
+    proto::ShardWater& out = *shard.add_water();
+    out.set_level(static_cast<std::uint32_t>(mask.tile.z));
+    out.set_x(static_cast<std::uint32_t>(mask.tile.x));
+    out.set_y(static_cast<std::uint32_t>(mask.tile.y));
+    out.set_packed(mask.packed);
+  }
   const std::string mesh = finished.mesh ? finished.mesh->second : "", tiles = shard.SerializeAsString();
   std::string bytes(kMagic);
   append_little_endian(bytes, std::uint64_t{mesh.size()});
@@ -80,6 +87,11 @@ proto::Result<FinishedTask> read_shard(const std::string& folder, const proto::W
   if (!mesh.empty()) finished.mesh = {finished.node, mesh};
   for (proto::ShardTile& tile : *shard.mutable_tiles()) {
     finished.tiles.push_back({std::move(*tile.mutable_record()), std::move(*tile.mutable_drc()), std::move(*tile.mutable_glb())});
+  }
+  for (proto::ShardWater& mask : *shard.mutable_water()) {
+    finished.water.push_back(
+        {{static_cast<int>(mask.level()), static_cast<std::int32_t>(mask.x()), static_cast<std::int32_t>(mask.y())},
+         std::move(*mask.mutable_packed())});
   }
   return finished;
 }

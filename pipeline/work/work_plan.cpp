@@ -56,6 +56,8 @@ class Namer {
     numbers.clear_source_state();
     numbers.clear_levels();
     common_ = std::to_string(kPlanFormat) + "\n" + numbers.SerializeAsString();
+    const std::string& mask = plan.plan().options().water_mask();
+    if (!mask.empty()) common_ += "\nwater mask " + raster::state_of(mask);
     if (merged_at_once(plan.plan())) common_ += "\nat once";  // blocks leave something else then
     if (numbers.exact()) common_ += "\nrims " + std::to_string(most_rim_reach(plan.plan()));
     // A task does not depend on levels above its own, whose numbers change where the data comes to reach farther.

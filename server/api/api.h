@@ -120,11 +120,9 @@ Awaited all_of(std::vector<proto::TileAddress> tiles);
 /// waited, or too many do.
 std::optional<Response> wait_for(Service& service, const Request& request, const Dataset& dataset, const MayWait& wait,
                                  Awaited awaited);
-/// The same for what is made of the whole dataset. A lazy one has its blocks made as long as somebody asks, if they are no more
-/// than kMostBlocksOfAll; of others, who names a time waits.
+/// The same for what is made of the whole dataset. A lazy one has its blocks made as long as somebody asks; of others, who names
+/// a time waits.
 std::optional<Response> wait_for_all(Service& service, const Request& request, const Dataset& dataset);
-/// They take minutes. Who wants more says so to the dataset (build=full), which goes on then without anybody.
-inline constexpr std::int64_t kMostBlocksOfAll = 400;
 /// A request of /v1/live, as one of the dataset that its address and its options name; where there is none yet it is made.
 struct Live {
   Request request;

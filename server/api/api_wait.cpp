@@ -3,7 +3,6 @@
 #include <chrono>
 #include <cstdio>
 
-#include "proto/integers.h"
 #include "server/api/api.h"
 #include "server/api/requests/prefer.h"
 #include "server/jobs/provisional.h"
@@ -15,19 +14,6 @@ using Clock = std::chrono::steady_clock;
 
 // The loops of connections look, and the job is told by a file: hundreds that wait must not write it with every step of a build.
 constexpr std::chrono::seconds kBetweenLooks{1};
-
-std::int64_t blocks_in_bounds(const proto::Manifest& shown) {
-  const int level = static_cast<int>(shown.done_blocks().level());
-  const auto touched = shown.has_done_blocks() ? touched_by_bounds(shown, level) : std::nullopt;
-  if (!touched) return 0;
-  return (proto::modulo(std::int64_t{touched->east} - touched->west, proto::tiles_across(level)) + 1) *
-         (touched->north - touched->south + 1);
-}
-
-/// Of a lazy dataset that requests do not have made as a whole.
-bool is_too_much(const Dataset& dataset, const pipeline::faces::Terrain* shown) {
-  return is_lazy(dataset) && shown != nullptr && blocks_in_bounds(shown->manifest()) > kMostBlocksOfAll;
-}
 
 /// From the share clients see that waiting helps.
 Response not_yet(Service& service, const Dataset& dataset, const std::string& why) {
@@ -62,7 +48,7 @@ class TileWait {
     const Row dataset = service_.find(id_);
     if (!dataset || dataset->state == State::ready || dataset->state == State::failed) return false;
     const auto terrain = service_.library().provisional(id_);
-    if (!awaited_.lacks(*dataset, terrain.get()) || (awaited_.all && is_too_much(*dataset, terrain.get()))) return false;
+    if (!awaited_.lacks(*dataset, terrain.get())) return false;
     if (terrain && awaited_.alone && ahead_of_block(service_.library(), id_, terrain->manifest(), *awaited_.alone)) return false;
     if (!terrain || !looks) return true;
     looked_ = Clock::now();
@@ -137,7 +123,7 @@ std::optional<Response> wait_for_all(Service& service, const Request& request, c
   const MayWait wait = may_wait(service.settings().serve.limits, request);
   const auto shown = service.library().provisional(dataset.id);
   const bool lazy = is_lazy(dataset);
-  if (is_too_much(dataset, shown.get()) || (!lazy && !wait.preferred)) return std::nullopt;
+  if (!lazy && !wait.preferred) return std::nullopt;
   if (lazy && shown) service.queue().look_at_all(dataset);
   Awaited awaited{{}, [](const Dataset&, const pipeline::faces::Terrain*) { return true; }};
   awaited.all = true;

@@ -165,8 +165,9 @@ TEST_F(KeptStore, HasTheMeshesOfItsTasksAndNoOthers) {
   finds("UPDATE meta SET value = x'ff', sum = row_sum(key, x'ff') WHERE key = 'tasks'",
         "note tasks: it cannot be read; expected: the plan of the build, with its tasks");
   finds("UPDATE meta SET value = x'0807', sum = row_sum(key, x'0807') WHERE key = 'tasks'",
-        "note tasks: its format is 7; expected: up to 4");
-  finds("UPDATE meta SET value = x'0804', sum = row_sum(key, x'0804') WHERE key = 'tasks'",
+        "note tasks: its format is 7; expected: up to " + std::to_string(kPlanFormat));
+  const std::string of_now = "x'080" + std::to_string(kPlanFormat) + "'";
+  finds("UPDATE meta SET value = " + of_now + ", sum = row_sum(key, " + of_now + ") WHERE key = 'tasks'",
         "note tasks: it is of another plan; expected: the plan in meta");
 }
 

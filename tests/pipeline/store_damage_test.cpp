@@ -26,9 +26,11 @@ class DamagedStore : public ::testing::Test {
  protected:
   void SetUp() override {
     const proto::Lattice lattice{kFinest};
-    auto store = StoreWriter::open(path_, synthetic_plan(kFinest));
+    proto::Plan plan = synthetic_plan(kFinest);
+    plan.mutable_options()->set_water(0);
+    auto store = StoreWriter::open(path_, plan);
     ASSERT_TRUE(store.ok());
-    std::vector<StoreWriter::Water> water;
+    std::vector<TileWater> water;
     for (const FinishedTask& task : synthetic_tasks(lattice, {kFinest, 15, 9}, {kFinest, 18, 11}, hills())) {
       ASSERT_TRUE((*store)->commit(task).ok());
       water.push_back({task.node, "water of " + std::to_string(task.node.x)});

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <utility>
+
 #include "pipeline/store/store.h"
 
 namespace cordillera::whole {
@@ -19,9 +22,15 @@ Bytes published(const std::string& path) {
       bytes[{at, 0}] = (*store)->tile(at, pipeline::Encoding::drc)->bytes;
       bytes[{at, 1}] = (*store)->tile(at, pipeline::Encoding::glb)->bytes;
       bytes[{at, 2}] = record.SerializeAsString();
+      if (std::string mask = (*store)->water(at); !mask.empty()) bytes[{at, 3}] = std::move(mask);
     }
   }
   return bytes;
+}
+
+std::size_t masks_in(const Bytes& bytes) {
+  return static_cast<std::size_t>(
+      std::count_if(bytes.begin(), bytes.end(), [](const auto& row) { return row.first.second == 3; }));
 }
 
 void expect_same(const Bytes& a, const Bytes& b) {

@@ -91,6 +91,10 @@ HeightOf rough(std::uint32_t seed) {
   };
 }
 
+HeightOf rough_with_sea(std::uint32_t seed) {
+  return [height = rough(seed)](int c, int r) { return std::max(height(c, r), kSea_m); };
+}
+
 Folder::Folder() {
   std::string name = (fs::temp_directory_path() / "cordillera-whole-test-XXXXXX").string();
   must(mkdtemp(name.data()) != nullptr, name);

@@ -53,6 +53,9 @@ struct Picture {
 
 /// Rough terrain: noise of seven octaves, from -300 to 2000 m or so.
 HeightOf rough(std::uint32_t seed);
+/// The same, of which all that is lower is a sea of this height.
+inline constexpr double kSea_m = 500;
+HeightOf rough_with_sea(std::uint32_t seed);
 
 /// A folder of its own, removed with the object.
 class Folder {

@@ -60,12 +60,13 @@ struct Lazy final : Blocks {
 class Sharpen : public testing::Test {
  protected:
   void SetUp() override {
-    write(points_of(kCorner, 2300, 1300, rough(8)), folder_.path("dem.tif"));
+    write(points_of(kCorner, 2300, 1300, rough_with_sea(8)), folder_.path("dem.tif"));
     request_.raster_path = folder_.path("dem.tif");
     request_.raster_name = "dem.tif";
     request_.id = "test";
     request_.options = with_error(60);
     request_.options.set_max_level(13);
+    request_.options.set_water(kSea_m);
     request_.block_samples = 1025 * 1025;
     request_.follower = &blocks_;
     request_.store_path = folder_.path("final");
@@ -137,7 +138,7 @@ TEST_F(Sharpen, done_blocks_have_their_final_tiles_and_the_rest_stays) {
     EXPECT_EQ(now->manifest().bounds(k), before->manifest().bounds(k)) << "those of the whole, not of what is done";
   EXPECT_LE(now->manifest().bounds(4), before->manifest().bounds(4));
   EXPECT_GE(now->manifest().bounds(5), before->manifest().bounds(5));
-  std::size_t final_tiles = 0, provisional_tiles = 0;
+  std::size_t final_tiles = 0, provisional_tiles = 0, final_masks = 0, provisional_masks = 0;
   for (int z = 0; z <= 13; ++z) {
     std::set<TileAddress> expected;
     for (const TileAddress& tile : tiles_of(*final, z)) {
@@ -149,6 +150,9 @@ TEST_F(Sharpen, done_blocks_have_their_final_tiles_and_the_rest_stays) {
     const auto there = tiles_of(*now, z);
     EXPECT_EQ(there, expected) << "level " << z;
     for (const TileAddress& tile : there) {
+      const std::string mask = now->water(tile);
+      EXPECT_EQ(mask, (is_done(tile) ? *final : *before).water(tile));
+      (is_done(tile) ? final_masks : provisional_masks) += mask.empty() ? 0 : 1;
       if (!is_done(tile)) {
         ++provisional_tiles;
         continue;
@@ -160,6 +164,8 @@ TEST_F(Sharpen, done_blocks_have_their_final_tiles_and_the_rest_stays) {
   }
   EXPECT_GT(final_tiles, 20u);
   EXPECT_GT(provisional_tiles, 10u);
+  EXPECT_GT(final_masks, 10u);
+  EXPECT_GT(provisional_masks, 5u);
   expect_all_children_or_none(*final, *now);
 }
 
@@ -357,6 +363,7 @@ TEST_F(Sharpen, a_lazy_build_makes_the_blocks_that_are_looked_at) {
   std::sort(expected.begin(), expected.end(), less);
   std::sort(read.begin(), read.end(), less);
   for (std::size_t k = 0; k < read.size(); ++k) EXPECT_EQ(read[k].drc, expected[k].drc);
+  EXPECT_EQ(later.done[0].water.size(), all[2].water.size());
   Lazy rest;
   for (const pipeline::FinishedTask& block : all) rest.looked.push_back(block.node);
   for (const TileAddress& node : pipeline::touched_tiles(blocks_.plan, static_cast<int>(blocks_.plan.block_level())))
@@ -368,8 +375,10 @@ TEST_F(Sharpen, a_lazy_build_makes_the_blocks_that_are_looked_at) {
   for (int z = 0; z <= 13; ++z) {
     const auto tiles = tiles_of(*at_once, z);
     EXPECT_EQ(tiles_of(*by_and_by, z), tiles);
-    for (const TileAddress& tile : tiles)
+    for (const TileAddress& tile : tiles) {
       EXPECT_EQ(by_and_by->tile(tile, Encoding::drc)->etag, at_once->tile(tile, Encoding::drc)->etag);
+      EXPECT_EQ(by_and_by->water(tile), at_once->water(tile));
+    }
   }
 }
 

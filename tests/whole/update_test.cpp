@@ -26,7 +26,6 @@ namespace work = pipeline::work;
 
 constexpr int kLevel = 12;
 constexpr std::int64_t kBlock = 513;  // samples a side, two tiles
-
 /// A base of nine blocks, and patches on it.
 class Update : public testing::Test {
  protected:
@@ -38,9 +37,10 @@ class Update : public testing::Test {
     request_.options = plain_options();
     request_.options.set_max_level(kLevel);
     request_.options.set_error(40);
+    request_.options.set_water(kSea_m);
   }
   void write_patch(const std::string& name, int east, int north, int side, std::uint32_t seed) {
-    write(points_of({kLevel, 4096 * kTile + east, 3000 * kTile + north}, side, side, rough(seed)), folder_.path(name));
+    write(points_of({kLevel, 4096 * kTile + east, 3000 * kTile + north}, side, side, rough_with_sea(seed)), folder_.path(name));
   }
   pipeline::BuildRequest request_of(const std::vector<std::string>& names) {
     pipeline::BuildRequest request = request_;
@@ -136,6 +136,7 @@ TEST_F(Update, a_patch_gives_the_bytes_of_a_build_from_nothing) {
   EXPECT_LE(built_, 6) << "a patch of 60 samples, and what is filled or moved around it, lies in six blocks at most";
   proto::Manifest manifest;
   const Bytes expected = from_nothing({"patch.tif", "base.tif"}, &manifest);
+  EXPECT_GT(masks_in(expected), 10u);
   expect_same(expected, published(folder_.path("2.sqlite")));
   EXPECT_EQ(patched->SerializeAsString(), manifest.SerializeAsString());
   EXPECT_NE(published(folder_.path("1.sqlite")), expected) << "the patch changed nothing: nothing was tested";
@@ -150,7 +151,7 @@ TEST_F(Update, what_was_taken_away_leaves_no_trace) {
   expect_same(published(folder_.path("1.sqlite")), published(folder_.path("3.sqlite")));
   EXPECT_LT(built_, 9);
   // Nor bytes that no tile names, nor meshes of tasks that are no more.
-  for (const char* table : {"blobs", "meshes", "tiles", "nodes"}) {
+  for (const char* table : {"blobs", "meshes", "tiles", "nodes", "water"}) {
     EXPECT_EQ(rows_of("1.sqlite", table), rows_of("3.sqlite", table)) << table;
   }
 }
