@@ -156,7 +156,7 @@ proto::Problem without_data(const BuildRequest& request) {
         "heights in metres, z_scale= for another unit (z_scale=0.001 for millimetres), or nodata= for a value that means no data",
         "z_scale"};
   return {"raster-all-nodata",
-          request.raster_name + " has no data" + where +
+          (request.members.size() == 1 ? request.members.front().name : request.raster_name) + " has no data" + where +
               ": nowhere do three neighbouring samples have heights within 16384 m of zero",
           "a raster with some data, z_scale= for heights in another unit than metres, or voids= with a height to put where there "
           "are none",

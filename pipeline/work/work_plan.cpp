@@ -12,6 +12,7 @@
 #include "pipeline/tileset/manifest_json.h"
 #include "proto/mesh.h"
 #include "proto/version.h"
+#include "raster/mosaic/sheets.h"
 #include "raster/mosaic/window_index.h"
 #include "raster/sample/back_projection.h"
 #include "raster/storage/storage.h"
@@ -34,6 +35,8 @@ proto::PlannedSource planned(const raster::MosaicMember& member) {
   }
   source.set_state(member.state);
   source.set_datum(member.datum);
+  const raster::PixelGrid& grid = member.grid;
+  for (const double number : {grid.x, grid.y, grid.step_x, grid.step_y, grid.turn}) source.add_grid(number);
   return source;
 }
 
@@ -63,14 +66,25 @@ class Namer {
     // A task does not depend on levels above its own, whose numbers change where the data comes to reach farther.
     for (const proto::LevelPlan& level : plan.plan().levels())
       levels_[static_cast<int>(level.level())] = (numbers_ += level.SerializeAsString());
-    for (const proto::PlannedSource& source : plan.sources()) { sources_.push_back(print_of(source)); }
+    std::vector<raster::MosaicMember> members;
+    for (const proto::PlannedSource& source : plan.sources()) {
+      sources_.push_back(print_of(source));
+      members.push_back(member_of(source));
+    }
+    if (plan.options().feather() > 0) sheets_ = raster::sheets_of(members);
   }
 
   std::string block(const TileAddress& node, const raster::Source::Window& window, const proto::WorkTask& task) const {
     std::string text = common_ + levels_.at(node.z) + place(node);
     for (const std::int64_t side : {window.west, window.south, window.east, window.north})
       text.append(1, ' ').append(std::to_string(side));
-    for (const std::uint32_t k : task.sources()) text.append(1, '\n').append(sources_[k]);
+    for (const std::uint32_t k : task.sources()) {
+      text.append(1, '\n').append(sources_[k]);
+      // Rasters elsewhere decide which of these are sheets of one map.
+      const auto of_one_map = [&](std::uint32_t other) { return sheets_[other] == sheets_[k]; };
+      if (!sheets_.empty())
+        text.append(" map ").append(sources_[*std::find_if(task.sources().begin(), task.sources().end(), of_one_map)]);
+    }
     return hex(content_hash(text));
   }
 
@@ -99,6 +113,7 @@ class Namer {
   std::string common_, numbers_;
   std::map<int, std::string> levels_;  ///< numbers of the finest level down to this one
   std::vector<std::string> sources_;
+  std::vector<std::size_t> sheets_;  ///< of the rasters, where they are blended
 };
 
 proto::WorkTask task_at(const TileAddress& node) {
@@ -249,7 +264,10 @@ raster::MosaicMember member_of(const proto::PlannedSource& source, const std::st
           source.description(),
           {side(0), side(1), side(2), side(3)},
           source.state(),
-          source.datum()};
+          source.datum(),
+          source.grid_size() == 5
+              ? raster::PixelGrid{source.grid(0), source.grid(1), source.grid(2), source.grid(3), source.grid(4)}
+              : raster::PixelGrid{}};
 }
 
 proto::BuildOptions reading(const proto::BuildOptions& options) {

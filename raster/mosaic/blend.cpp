@@ -42,7 +42,8 @@ std::vector<std::uint16_t> distance_to_void(const proto::Samples& samples, int m
   return distance;
 }
 
-void lay_over(const proto::Samples& top, proto::Samples& below, int feather) {
+std::vector<std::uint8_t> lay_over(const proto::Samples& top, proto::Samples& below, int feather) {
+  std::vector<std::uint8_t> mixed(top.height.size());
   bool both = false;
   for (std::size_t at = 0; at < top.height.size() && !both; ++at) both = valid(top, at) && valid(below, at);
   const bool blend = feather > 0 && both;
@@ -55,11 +56,26 @@ void lay_over(const proto::Samples& top, proto::Samples& below, int feather) {
       const std::int64_t full = feather, own = inside[at] * full, rest = (full - inside[at]) * under[at];
       below.height[at] = mix(top.height[at], below.height[at], own, own + rest);
       below.flat_water[at] = 0;
+      mixed[at] = rest > 0 ? 1 : 0;
       continue;
     }
     below.height[at] = top.height[at];
     below.flat_water[at] = top.flat_water[at];
   }
+  return mixed;
+}
+
+proto::Samples cut_out(const proto::Samples& from, const Source::Window& window) {
+  proto::Samples samples = void_samples(window);
+  for (std::int32_t r = 0; r < samples.rows; ++r) {
+    const std::int64_t row = samples.south + r - from.south;
+    if (row < 0 || row >= from.rows) continue;
+    const auto at = static_cast<std::ptrdiff_t>(row * from.columns + (samples.west - from.west));
+    const auto to = static_cast<std::ptrdiff_t>(r) * samples.columns;
+    std::copy_n(from.height.begin() + at, samples.columns, samples.height.begin() + to);
+    std::copy_n(from.flat_water.begin() + at, samples.columns, samples.flat_water.begin() + to);
+  }
+  return samples;
 }
 
 }  // namespace cordillera::raster

@@ -14,6 +14,8 @@
 #include "raster/mosaic/blend.h"
 #include "raster/mosaic/mosaic_description.h"
 #include "raster/mosaic/same_grid.h"
+#include "raster/mosaic/sheets.h"
+#include "raster/mosaic/window_index.h"
 #include "raster/open/raster_state.h"
 
 namespace cordillera::raster {
@@ -25,29 +27,6 @@ using Window = Source::Window;
 
 using proto::floor_divide;
 using proto::modulo;
-
-/// The shortest stretch of columns that holds all windows: the circle without the widest gap between them.
-Window hull(std::vector<Window> windows, std::int64_t circle) {
-  std::sort(windows.begin(), windows.end(), [](const Window& a, const Window& b) { return a.west < b.west; });
-  Window all = windows.front();
-  std::int64_t reach = all.east, gap = -1, from = all.west, to = all.east;
-  for (const Window& w : windows) {
-    all.south = std::min(all.south, w.south);
-    all.north = std::max(all.north, w.north);
-    if (w.west - reach > gap && &w != &windows.front()) {
-      gap = w.west - reach;
-      from = w.west;
-      to = reach + circle;
-    }
-    reach = std::max(reach, w.east);
-  }
-  // What is open between the last and, once round, the first.
-  if (windows.front().west + circle - reach >= gap) from = windows.front().west, to = reach;
-  const std::int64_t turn = from - modulo(from, circle);
-  all.west = from - turn;
-  all.east = std::min(to - turn, all.west + circle);
-  return all;
-}
 
 Window widened(const Window& w, std::int64_t by) { return {w.west - by, w.south - by, w.east + by, w.north + by}; }
 
@@ -61,7 +40,10 @@ std::int64_t reach_of_points(const proto::Source& source, const proto::Lattice& 
 
 class Mosaic final : public Source {
  public:
-  Mosaic(std::vector<MosaicMember> members, double feather_m) : members_(std::move(members)), feather_m_(feather_m) {
+  Mosaic(std::vector<MosaicMember> members, double feather_m)
+      : members_(std::move(members)),
+        feather_m_(feather_m),
+        sheets_(feather_m > 0 ? sheets_of(members_) : std::vector<std::size_t>()) {
     description_ = describe_mosaic(members_, window(kMemberLattice));
   }
 
@@ -84,10 +66,7 @@ class Mosaic final : public Source {
   proto::Result<proto::Samples> sample(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int32_t columns,
                                        std::int32_t rows) override {
     const Window asked{west, south, west + columns - 1, south + rows - 1};
-    const int feather = members_.size() > 1 ? feather_vertices(feather_m_, lattice) : 0;
-    const Window wide{west - feather, std::max<std::int64_t>(0, south - feather), asked.east + feather,
-                      std::min(lattice.rows(), asked.north + feather)};
-    const std::vector<std::size_t> layers = under(wide, lattice);
+    const std::vector<std::size_t> layers = under(with_feather(asked, lattice), lattice);
     if (layers.size() == 1) {  // one raster alone has no seam
       auto source = opened(layers.front());
       if (!source.ok()) return source.problem();
@@ -96,16 +75,10 @@ class Mosaic final : public Source {
       if (auto done = level_poles(lattice, *alone); !done.ok()) return done.problem();
       return alone;
     }
-    proto::Samples sum = void_samples(wide);
-    for (auto layer = layers.rbegin(); layer != layers.rend(); ++layer) {
-      auto source = opened(*layer);
-      if (!source.ok()) return source.problem();
-      const auto top = (*source)->sample(lattice, wide.west, wide.south, sum.columns, sum.rows);
-      if (!top.ok()) return top.problem();
-      lay_over(*top, sum, feather);
-    }
-    if (auto done = level_poles(lattice, sum); !done.ok()) return done.problem();
-    return crop(sum, asked);
+    auto sum = laid(lattice, asked, layers);
+    if (!sum.ok()) return sum.problem();
+    if (auto done = level_poles(lattice, sum->samples); !done.ok()) return done.problem();
+    return cut_out(sum->samples, asked);
   }
 
   proto::Result<void> nearest(std::span<const double> longitude_deg, std::span<const double> latitude_deg, double* out) override {
@@ -131,9 +104,9 @@ class Mosaic final : public Source {
       auto source = opened(layers.front());
       return source.ok() ? (*source)->pixels(lattice, cells) : proto::Result<std::vector<PixelPoint>>(source.problem());
     }
-    auto owners = owners_of(lattice, cells, layers);
-    if (!owners.ok()) return owners.problem();
-    const std::int64_t columns = cells.east - cells.west + 1;
+    const auto surface = laid(lattice, cells, under(with_feather(cells, lattice), lattice));
+    if (!surface.ok()) return surface.problem();
+    const proto::Samples& there = surface->samples;
     std::vector<PixelPoint> out;
     for (const std::size_t layer : layers) {
       auto source = opened(layer);
@@ -141,11 +114,13 @@ class Mosaic final : public Source {
       const auto own = (*source)->pixels(lattice, cells);
       if (!own.ok()) return own.problem();
       for (const PixelPoint& pixel : *own) {
-        const auto sw =
-            static_cast<std::size_t>(std::min(static_cast<std::int64_t>(pixel.y), cells.north - cells.south - 1) * columns +
-                                     static_cast<std::int64_t>(pixel.x));
-        const auto owner = [&](std::size_t v) { return (*owners)[sw + v]; };
-        const auto up = static_cast<std::size_t>(columns);
+        const std::int64_t column = cells.west - there.west + static_cast<std::int64_t>(pixel.x),
+                           row = cells.south - there.south +
+                                 std::min(static_cast<std::int64_t>(pixel.y), cells.north - cells.south - 1);
+        const auto owner = [&](std::int64_t v) {
+          return surface->owners[static_cast<std::size_t>(row * there.columns + column + v)];
+        };
+        const std::int64_t up = there.columns;
         const auto shapes = shapes_surface(layer, {owner(0), owner(1), owner(up), owner(up + 1)},
                                            {lattice.longitude_deg(cells.west) + pixel.x * lattice.cell_deg(),
                                             lattice.latitude_deg(cells.south) + pixel.y * lattice.cell_deg()});
@@ -180,25 +155,62 @@ class Mosaic final : public Source {
   static constexpr std::size_t kNobody = SIZE_MAX,
                                kSeveral = SIZE_MAX - 1;  ///< the latter where more than one has a part in a blend
 
-  /// Which member's data is at each vertex.
-  proto::Result<std::vector<std::size_t>> owners_of(const proto::Lattice& lattice, const Window& w,
-                                                    const std::vector<std::size_t>& layers) {
-    const auto columns = static_cast<std::int32_t>(w.east - w.west + 1), rows = static_cast<std::int32_t>(w.north - w.south + 1);
-    std::vector<std::size_t> owners(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), kNobody);
-    for (const std::size_t layer : layers) {
-      auto source = opened(layer);
+  /// Heights at the vertices of a window, and whose they are.
+  struct Laid {
+    proto::Samples samples;
+    std::vector<std::size_t> owners;  ///< members; indexed as samples.height
+  };
+  /// With as much around a window as tells how far its vertices are from the rims that are blended.
+  Window with_feather(const Window& w, const proto::Lattice& lattice) const {
+    const int feather = members_.size() > 1 ? feather_vertices(feather_m_, lattice) : 0;
+    return {w.west - feather, std::max<std::int64_t>(0, w.south - feather), w.east + feather,
+            std::min(lattice.rows(), w.north + feather)};
+  }
+  std::size_t sheet_of(std::size_t member) const { return sheets_.empty() ? 0 : sheets_[member]; }
+
+  /// A layer's data, and where it has none that of the layers after it which are of one map with it.
+  proto::Result<Laid> one_map(const proto::Lattice& lattice, const Window& w, const std::vector<std::size_t>& layers,
+                              std::size_t& next) {
+    Laid map{void_samples(w), {}};
+    map.owners.assign(map.samples.height.size(), kNobody);
+    for (const std::size_t sheet = sheet_of(layers[next]); next < layers.size() && sheet_of(layers[next]) == sheet; ++next) {
+      auto source = opened(layers[next]);
       if (!source.ok()) return source.problem();
-      const auto samples = (*source)->sample(lattice, w.west, w.south, columns, rows);
-      if (!samples.ok()) return samples.problem();
-      for (std::size_t v = 0; v < owners.size(); ++v) {
-        if (samples->height[v] == proto::kNoHeight) continue;
-        if (owners[v] == kNobody)
-          owners[v] = layer;
-        else if (feather_m_ > 0)
-          owners[v] = kSeveral;
+      const auto own = (*source)->sample(lattice, w.west, w.south, map.samples.columns, map.samples.rows);
+      if (!own.ok()) return own.problem();
+      for (std::size_t v = 0; v < map.owners.size(); ++v) {
+        if (map.owners[v] != kNobody || own->height[v] == proto::kNoHeight) continue;
+        map.samples.height[v] = own->height[v], map.samples.flat_water[v] = own->flat_water[v];
+        map.owners[v] = layers[next];
       }
     }
-    return owners;
+    return map;
+  }
+
+  /// All layers, the first of which wins. The samples reach beyond the window where some are blended.
+  proto::Result<Laid> laid(const proto::Lattice& lattice, const Window& w, const std::vector<std::size_t>& layers) {
+    const bool is_one_map = layers.empty() || sheet_of(layers.front()) == sheet_of(layers.back());
+    const Window wide = is_one_map ? w : with_feather(w, lattice);
+    std::vector<Laid> maps;
+    for (std::size_t next = 0; next < layers.size();) {
+      auto map = one_map(lattice, wide, layers, next);
+      if (!map.ok()) return map.problem();
+      maps.push_back(std::move(*map));
+    }
+    if (maps.empty()) {
+      maps.push_back({void_samples(wide), {}});
+      maps.front().owners.assign(maps.front().samples.height.size(), kNobody);
+    }
+    for (; maps.size() > 1; maps.pop_back()) {
+      // From the lowest up; what is above stands before it.
+      Laid& sum = maps.back();
+      Laid& top = maps[maps.size() - 2];
+      const auto mixed = lay_over(top.samples, sum.samples, feather_vertices(feather_m_, lattice));
+      for (std::size_t v = 0; v < mixed.size(); ++v)
+        if (top.owners[v] != kNobody) sum.owners[v] = mixed[v] != 0 ? kSeveral : top.owners[v];
+      top = std::move(sum);
+    }
+    return std::move(maps.front());
   }
 
   using Opened = std::shared_ptr<RasterSource>;  ///< held by who works with it: others are opened meanwhile
@@ -230,10 +242,11 @@ class Mosaic final : public Source {
       // Half a pixel is open between points and areas, and a whole one between points.
       const std::int64_t apart = reach_of_points(is_of_points(own) ? own : next, kMemberLattice);
       if (!touch(members_[k].window, widened(members_[member].window, kBeside + apart), kMemberLattice)) continue;
-      const auto self = opened(member), other = opened(k);
-      if (!self.ok()) return self.problem();
+      const auto shift = shift_on_grid(members_[member].grid, members_[k].grid);
+      if (!shift) continue;
+      const auto other = opened(k);
       if (!other.ok()) return other.problem();
-      if (const auto shift = shift_on_grid(**self, **other)) found.push_back({k, *shift, (*other)->all_pixels()});
+      found.push_back({k, *shift, (*other)->all_pixels()});
     }
     return neighbours_[member] = std::move(found);
   }
@@ -307,21 +320,9 @@ class Mosaic final : public Source {
     return pole_heights_[key] = height;
   }
 
-  static proto::Samples crop(const proto::Samples& from, const Window& w) {
-    proto::Samples samples = void_samples(w);
-    for (std::int32_t r = 0; r < samples.rows; ++r) {
-      const std::int64_t row = samples.south + r - from.south;
-      if (row < 0 || row >= from.rows) continue;
-      const auto at = static_cast<std::ptrdiff_t>(row * from.columns + (samples.west - from.west));
-      const auto to = static_cast<std::ptrdiff_t>(r) * samples.columns;
-      std::copy_n(from.height.begin() + at, samples.columns, samples.height.begin() + to);
-      std::copy_n(from.flat_water.begin() + at, samples.columns, samples.flat_water.begin() + to);
-    }
-    return samples;
-  }
-
   std::vector<MosaicMember> members_;
   double feather_m_;
+  std::vector<std::size_t> sheets_;  ///< see sheets_of; empty: nothing is blended
   proto::Source description_;
   proto::Lru<std::size_t, std::shared_ptr<RasterSource>> open_{kOpenMembers};  ///< each counts one
   std::map<std::size_t, std::vector<GridNeighbour>> neighbours_;       ///< by member, of those that were read beyond their sides
@@ -337,7 +338,8 @@ MosaicMember member_of(const std::string& path, const std::string& name, Trust t
           source.description(),
           source.window(kMemberLattice),
           state_of_raster(path, trust),
-          source.datum_print()};
+          source.datum_print(),
+          grid_of(dynamic_cast<const RasterSource&>(source))};  // which open_source gives
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "raster/mosaic/pixel_grid.h"
 #include "raster/source.h"
 
 namespace cordillera::raster {
@@ -21,6 +22,7 @@ struct MosaicMember {
   Source::Window window;                           ///< on kMemberLattice
   std::string state;                               ///< of the file, when it was examined
   std::string datum;                               ///< Source::datum_print
+  PixelGrid grid{};                                ///< of its pixels
   std::shared_ptr<const Decimation> decimation{};  ///< read in place of its pixels; null: those
 };
 

@@ -1,15 +1,39 @@
 #include "raster/mosaic/mosaic_description.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <set>
 #include <string>
 
+#include "proto/integers.h"
+
 namespace cordillera::raster {
 namespace {
 
 double cosine(double latitude_deg) { return std::max(std::cos(latitude_deg / 180 * std::numbers::pi), 1e-6); }
+
+/// The smallest box around those of all members; whole: the window that holds them.
+std::array<double, 4> box_of(const std::vector<MosaicMember>& members, const Source::Window& whole) {
+  const bool circle = whole.east - whole.west >= kMemberLattice.columns();
+  std::array<double, 4> box{HUGE_VAL, HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+  for (const MosaicMember& member : members) {
+    const auto& own = member.description.bbox();
+    // As far east as its window begins, give or take what a window is larger.
+    const double window_west =
+        kMemberLattice.longitude_deg(whole.west + proto::modulo(member.window.west - whole.west, kMemberLattice.columns()));
+    const double west = own[0] - 360 * std::nearbyint((own[0] - window_west) / 360);
+    const double width = own[2] < own[0] ? own[2] - own[0] + 360 : own[2] - own[0];
+    box = {std::min(box[0], west), std::min(box[1], own[1]), std::max(box[2], west + width), std::max(box[3], own[3])};
+  }
+  if (circle) return {-180, box[1], 180, box[3]};
+  for (const std::size_t side : {std::size_t{0}, std::size_t{2}}) {
+    if (box[side] > 180) box[side] -= 360;
+    if (box[side] < -180) box[side] += 360;
+  }
+  return box;
+}
 
 }  // namespace
 
@@ -48,13 +72,8 @@ proto::Source describe_mosaic(const std::vector<MosaicMember>& members, const So
   description.set_unit(common([](const proto::Source& s) { return s.unit(); }));
   description.set_nodata(common([](const proto::Source& s) { return s.nodata(); }));
   description.set_data_type(common([](const proto::Source& s) { return s.data_type(); }));
-  const bool circle = whole.east - whole.west >= kMemberLattice.columns();
-  const double east = kMemberLattice.longitude_deg(whole.east);
   description.clear_bbox();
-  description.add_bbox(circle ? -180 : kMemberLattice.longitude_deg(whole.west));
-  description.add_bbox(south);
-  description.add_bbox(circle ? 180 : east > 180 ? east - 360 : east);
-  description.add_bbox(north);
+  for (const double side : box_of(members, whole)) description.add_bbox(side);
   return description;
 }
 

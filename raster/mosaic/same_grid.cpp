@@ -20,12 +20,16 @@ bool may_share_grid(const proto::Source& a, const proto::Source& b) {
          about(a.pixel_height_m(), b.pixel_height_m());
 }
 
-std::optional<PixelShift> shift_on_grid(const RasterSource& a, const RasterSource& b) {
-  if (a.placement().period_px() != 0 || b.placement().period_px() != 0) return std::nullopt;
-  const auto &m = a.placement().pixel_to_map(), &n = b.placement().pixel_to_map();
-  if (m[2] != 0 || m[4] != 0 || n[2] != 0 || n[4] != 0 || !same_size(m[1], n[1]) || !same_size(m[5], n[5])) return std::nullopt;
-  double x = (n[0] - m[0]) / m[1];
-  const double y = (n[3] - m[3]) / m[5], turn_px = std::abs(a.placement().turn() / m[1]);
+PixelGrid grid_of(const RasterSource& source) {
+  const auto& m = source.placement().pixel_to_map();
+  if (source.placement().period_px() != 0 || m[2] != 0 || m[4] != 0) return {};
+  return {m[0], m[3], m[1], m[5], source.placement().turn()};
+}
+
+std::optional<PixelShift> shift_on_grid(const PixelGrid& a, const PixelGrid& b) {
+  if (a.step_x == 0 || !same_size(a.step_x, b.step_x) || !same_size(a.step_y, b.step_y)) return std::nullopt;
+  double x = (b.x - a.x) / a.step_x;
+  const double y = (b.y - a.y) / a.step_y, turn_px = std::abs(a.turn / a.step_x);
   if (turn_px > 0) x -= turn_px * std::nearbyint(x / turn_px);  // the shorter way around
   const double whole_x = std::nearbyint(x), whole_y = std::nearbyint(y);
   if (!(std::abs(x - whole_x) <= kApart_px && std::abs(y - whole_y) <= kApart_px)) return std::nullopt;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "raster/mosaic/pixel_grid.h"
 #include "raster/source.h"
 #include "raster/source/raster_source.h"
 
@@ -18,11 +19,13 @@ inline constexpr std::int64_t kMostBeyond_px = 64;
 /// Others have no grid in common.
 bool may_share_grid(const proto::Source& a, const proto::Source& b);
 
+PixelGrid grid_of(const RasterSource& source);
+
 /// Where b's first pixel lies, in pixels of a; nullopt: they are not of one grid.
 struct PixelShift {
   std::int64_t x = 0, y = 0;
 };
-std::optional<PixelShift> shift_on_grid(const RasterSource& a, const RasterSource& b);
+std::optional<PixelShift> shift_on_grid(const PixelGrid& a, const PixelGrid& b);
 
 /// Another raster of the grid. all: its pixels, as it counts them; shift: where the first of them lies for the one that asks.
 struct GridNeighbour {

@@ -13,6 +13,7 @@ constexpr int kIndexLevel = 7;  // a tile of it is 1.4 degrees wide: a one-degre
 constexpr std::int64_t kMostCells = 64;  // of a window that is listed in each of them
 
 using proto::floor_divide;
+using proto::modulo;
 
 bool is_empty(const Source::Window& w) { return w.west > w.east || w.south > w.north; }
 
@@ -68,6 +69,28 @@ std::vector<std::uint32_t> WindowIndex::touching(const Source::Window& window) c
   std::sort(found.begin(), found.end());
   found.erase(std::unique(found.begin(), found.end()), found.end());
   return found;
+}
+
+Source::Window hull(std::vector<Source::Window> windows, std::int64_t circle) {
+  std::sort(windows.begin(), windows.end(), [](const Source::Window& a, const Source::Window& b) { return a.west < b.west; });
+  Source::Window all = windows.front();
+  std::int64_t reach = all.east, gap = -1, from = all.west, to = all.east;
+  for (const Source::Window& w : windows) {
+    all.south = std::min(all.south, w.south);
+    all.north = std::max(all.north, w.north);
+    if (w.west - reach > gap && &w != &windows.front()) {
+      gap = w.west - reach;
+      from = w.west;
+      to = reach + circle;
+    }
+    reach = std::max(reach, w.east);
+  }
+  // What is open between the last and, once round, the first.
+  if (windows.front().west + circle - reach >= gap) from = windows.front().west, to = reach;
+  const std::int64_t turn = from - modulo(from, circle);
+  all.west = from - turn;
+  all.east = std::min(to - turn, all.west + circle);
+  return all;
 }
 
 }  // namespace cordillera::raster

@@ -27,4 +27,7 @@ class WindowIndex {
   std::vector<std::uint32_t> large_;               ///< windows over so many cells that they are tried every time
 };
 
+/// The shortest stretch of columns that holds all windows, one or more: the circle without the widest gap between them.
+Source::Window hull(std::vector<Source::Window> windows, std::int64_t circle);
+
 }  // namespace cordillera::raster

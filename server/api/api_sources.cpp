@@ -57,8 +57,12 @@ Json sources_json(Ledger& ledger, const fs::path& store, const std::string& id, 
   if (plan) json["block_level"] = plan->plan().block_level();
   json["sources"] = Json::array();
   for (int k = 0; k < version.sources_size(); ++k) {
-    const proto::Source* found = plan && k < plan->sources_size() ? &plan->sources(k).description() : nullptr;
+    const std::string& path = version.sources(k).spec().path();
+    const proto::Source* found = nullptr;
+    for (int at = 0; plan && at < plan->sources_size(); ++at)
+      if (plan->sources(at).spec().path() == path) found = &plan->sources(at).description();
     json["sources"].push_back(source_json(version.sources(k), k, found, address));
+    if (plan && found == nullptr) json["sources"].back()["beside_bbox"] = true;
   }
   json["changes"] = Json::array();
   for (const proto::SourceChange& change : changes.ended())

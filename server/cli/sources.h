@@ -16,6 +16,7 @@ struct Sources {
   std::vector<raster::MosaicMember> members;  ///< the one that wins first, as they were named
   std::vector<std::string> skipped;           ///< lines of what was left out
   std::vector<std::string> warnings;
+  std::vector<std::string> datum_notes;  ///< those of the warnings that the manifest is to have
 };
 
 /// words: rasters, folders, lists; see raster/mosaic/source_list.h. Options that a list gives to a raster go over those of

@@ -161,6 +161,34 @@ TEST_F(Updates, ARasterWithoutDataIsNamed) {
   EXPECT_THAT(ask("GET", base_).body["notes"].dump(), testing::Not(HasSubstr("no data")));
 }
 
+TEST_F(Updates, ABoxPassesOverWhatItDoesNotTouch) {
+  const proto::Lattice lattice{kLevel};
+  char box[160];
+  std::snprintf(box, sizeof box, "&updates=1&bbox=%.7f,%.7f,%.7f,%.7f", lattice.longitude_deg(kWest + 200),
+                lattice.latitude_deg(kNorth - 500), lattice.longitude_deg(kWest + 500), lattice.latitude_deg(kNorth - 200));
+  server_.start(folder_.path(), {});
+  post(box);
+  const Bytes before = served();
+  ASSERT_EQ(change("POST", "/sources?name=other.tif", "other.tif").status, 201);
+  whole::expect_same(served(), before);
+  const Json sources = listed()["sources"];
+  EXPECT_EQ(sources[0]["beside_bbox"], true);
+  EXPECT_FALSE(sources[1].contains("beside_bbox"));
+  EXPECT_EQ(sources[1]["columns"], 1100);
+  const Said none = change("DELETE", "/sources/" + source(1));
+  EXPECT_EQ(slug(none), "bbox-outside-raster") << none.bytes;
+  EXPECT_THAT(none.bytes, HasSubstr("other.tif")) << "the one that would be left";
+}
+
+TEST_F(Updates, DatumsThatDifferAreNoted) {
+  begin();
+  EXPECT_THAT(ask("GET", base_).body["notes"].dump(), testing::Not(HasSubstr("apart")));
+  ASSERT_EQ(change("POST", "/sources?name=again.tif&vertical_datum=EGM96", "base.tif").status, 201);
+  const Json status = ask("GET", base_).body, manifest = ask("GET", base_ + "/manifest.json").body;
+  EXPECT_THAT(status["notes"].dump(), testing::ContainsRegex("again.tif counts from EGM96 .*base.tif from ellipsoid .* m apart"));
+  EXPECT_EQ(manifest["notes"], status["notes"]);
+}
+
 TEST_F(Updates, OrderOptionsAndEnds) {
   begin({"--keep-versions", "0"});
   ASSERT_EQ(change("POST", "/sources?name=patch.tif&position=1", "patch.tif").status, 201);

@@ -151,6 +151,9 @@ Json sources_schemas(Json all) {
   source["extent"] = {{"type", "array"}, {"items", {{"type", "number"}}}, {"description", "west, south, east, north in degrees"}};
   source["resolution"] = {
       {"type", "array"}, {"items", {{"type", "number"}}}, {"description", "metres of a pixel, across and up"}};
+  source["beside_bbox"] = {
+      {"type", "boolean"},
+      {"description", "true where the dataset's bbox does not touch it, so that it adds nothing; else left out"}};
   source["all_void"] = {{"type", "boolean"}, {"description", "true where none of its pixels has data, else left out"}};
   source["options"] = {{"type", "object"}, {"description", "those that were given to this raster"}};
   all["source"] = object(source, Json::array_t{"name", "position"});

@@ -20,6 +20,7 @@
 #include "raster/datum/vertical.h"
 #include "raster/disk/free_space.h"
 #include "raster/disk/write_all.h"
+#include "raster/mosaic/datum_notes.h"
 #include "server/datasets/ledger.h"
 #include "server/http/json.h"
 #include "server/jobs/child.h"
@@ -140,6 +141,7 @@ proto::Result<void> build_job(const proto::Job& job, const std::filesystem::path
   auto members = examine_listed(job, large);
   if (!members) return members.problem();
   request.members = std::move(*members);
+  for (const std::string& note : raster::notes_on_datums(request.members)) request.options.add_warnings(note);
   if (const auto refused = look_at(job, request, folder, sink)) return *refused;
   if (job.dry_run() && job.provisional()) return {};
   if (job.dry_run()) {

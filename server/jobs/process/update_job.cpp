@@ -3,6 +3,7 @@
 #include "pipeline/work/update.h"
 #include "pipeline/work/work_plan.h"
 #include "proto/files.h"
+#include "raster/mosaic/datum_notes.h"
 #include "server/datasets/ledger.h"
 #include "server/http/json.h"
 #include "server/jobs/process/provisional_job.h"
@@ -58,11 +59,16 @@ proto::Result<proto::Manifest> build_target(const proto::Job& job, const fs::pat
   }
   const auto before = work::plan_in(kStoreFile);
   work::UpdateOrder order;
+  std::optional<proto::Problem> beside;  // the box does not touch it: it is none of those that are built
   for (const proto::DatasetSource& source : version.sources()) {
     const proto::BuildOptions options = over(job.options(), source.spec().options());
     auto member = known(before, source, options);
     if (!member) {
       auto examined = raster::examine_pixels(source.spec().path(), source.spec().name(), raster::Trust::posted_file, options);
+      if (!examined.ok() && examined.problem().type == "bbox-outside-raster") {
+        beside = examined.problem();
+        continue;
+      }
       if (!examined.ok()) return examined.problem();
       if (auto refused = too_large(source.spec().name(), examined->description)) return *refused;
       member = std::move(*examined);
@@ -70,11 +76,14 @@ proto::Result<proto::Manifest> build_target(const proto::Job& job, const fs::pat
     }
     order.request.members.push_back(std::move(*member));
   }
+  if (order.request.members.empty() && beside) return *beside;
+  const auto notes = raster::notes_on_datums(order.request.members);
   order.request.raster_name = job.name();
   order.request.trust = raster::Trust::posted_file;
   order.request.id = job.id();
   order.request.store_path = kNextStore;
   order.request.options = job.options();
+  for (const std::string& note : notes) order.request.options.add_warnings(note);
   if (before) order.before = kStoreFile;
   if (job.provisional() && !before) first_look(order.request, progress, stop);
   if (job.dry_run()) return proto::Manifest();  // that was all
