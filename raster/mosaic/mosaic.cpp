@@ -238,7 +238,8 @@ class Mosaic final : public Source {
     std::vector<GridNeighbour> found;
     for (std::size_t k = 0; k < members_.size(); ++k) {
       const proto::Source& next = members_[k].description;
-      if (k == member || !may_share_grid(own, next)) continue;
+      // One that is blended with this one is no part of it.
+      if (k == member || sheet_of(k) != sheet_of(member) || !may_share_grid(own, next)) continue;
       // Half a pixel is open between points and areas, and a whole one between points.
       const std::int64_t apart = reach_of_points(is_of_points(own) ? own : next, kMemberLattice);
       if (!touch(members_[k].window, widened(members_[member].window, kBeside + apart), kMemberLattice)) continue;

@@ -43,7 +43,8 @@ TEST_F(Feather, is_around_a_map_and_not_around_each_of_its_sheets) {
 }
 
 TEST_F(Feather, does_not_see_the_sheets_of_the_map_below) {
-  const auto above = flat("above.tif", 0, 0, 64, 128, 300);
+  // Of the grid of the one above, which has other heights where they meet.
+  const auto above = flat("above.tif", 0, 0, 64, 128, 300, 1);
   const auto whole = raster::make_mosaic({above, flat("all.tif", -64, -64, 256, 256, 100, 1)}, kFeather_m);
   const auto cut = raster::make_mosaic(
       {above, flat("north.tif", -64, -64, 256, 128, 100, 1), flat("south.tif", -64, 64, 256, 128, 100, 1)}, kFeather_m);
