@@ -162,6 +162,8 @@ void add_build(CommandLine& commands) {
           "replace another build that is there; without it, only an unfinished one of the same "
           "raster and options goes on")
       ->group(kOutput);
+  add_value_flag(*build, "--skip-bad", line.bad, BadSource::skip,
+                 "of several rasters leave out those that cannot be used, and say so");
   build
       ->add_option("--formats", words->formats, "what the folder holds [" + face_names() + "; more than one separated by commas]")
       ->type_name("NAMES")

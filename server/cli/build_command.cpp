@@ -35,7 +35,7 @@ namespace {
 namespace fs = std::filesystem;
 
 proto::Result<pipeline::BuildRequest> request_for(const Settings& settings, const BuildLine& line) {
-  auto request = request_of(line.rasters, settings);
+  auto request = request_of(line.rasters, settings, line.bad);
   if (!request) return request;
   if (!request->members.empty() && !line.output.empty()) {  // a dry run needs none
     const fs::path place = fs::absolute(line.output).lexically_normal();

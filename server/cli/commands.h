@@ -11,6 +11,7 @@
 #include "pipeline/faces/look.h"
 #include "pipeline/store/store.h"
 #include "raster/pixels/value_look.h"
+#include "server/cli/sources.h"
 #include "server/datasets/data_folder.h"
 #include "server/options/options.h"
 
@@ -43,6 +44,7 @@ struct BuildLine {
   std::vector<std::string> rasters;  ///< one, or several, folders and lists of them; see raster/mosaic/source_list.h
   std::string output;                ///< a static folder; one .sqlite file, or one that export writes, if it is called so
   pipeline::Existing other = pipeline::Existing::refuse;  ///< another build in the output's place
+  BadSource bad = BadSource::refuse;                      ///< among several rasters
   Verbosity words = Verbosity::all;
   Show show = Show::table;                            ///< of a dry run
   std::vector<const pipeline::faces::Face*> formats;  ///< of the folder

@@ -7,6 +7,7 @@
 
 #include "pipeline/build/blank_manifest.h"
 #include "pipeline/threads/workers.h"
+#include "proto/utf8.h"
 #include "raster/mosaic/datum_notes.h"
 #include "raster/mosaic/source_list.h"
 #include "raster/storage/storage.h"
@@ -80,6 +81,8 @@ proto::Result<Sources> examine_sources(const std::vector<std::string>& words, co
       beside = member.problem();
     } else if (bad == BadSource::skip) {
       sources.skipped.push_back(path + ": " + member.problem().line());
+      sources.notes.push_back(proto::as_utf8(fs::path(path).filename().string()) + " was left out, for it cannot be used (" +
+                              member.problem().type + ")");
     } else {
       Problem problem = member.problem();
       const std::string& word = (*named)[k].word;
@@ -97,12 +100,14 @@ proto::Result<Sources> examine_sources(const std::vector<std::string>& words, co
                    "at least one raster that can be read, inside the bbox", ""};
   }
   if (auto note = pipeline::note_on_voids(sources.members)) sources.warnings.push_back(std::move(*note));
-  sources.datum_notes = raster::notes_on_datums(sources.members);
-  sources.warnings.insert(sources.warnings.end(), sources.datum_notes.begin(), sources.datum_notes.end());
+  for (std::string& note : raster::notes_on_datums(sources.members)) {
+    sources.warnings.push_back(note);
+    sources.notes.push_back(std::move(note));
+  }
   return sources;
 }
 
-proto::Result<pipeline::BuildRequest> request_of(const std::vector<std::string>& words, const Settings& settings) {
+proto::Result<pipeline::BuildRequest> request_of(const std::vector<std::string>& words, const Settings& settings, BadSource bad) {
   pipeline::BuildRequest request;
   request.options = settings.build;
   request.raster_name = fs::path(words.front()).filename().string();
@@ -113,10 +118,11 @@ proto::Result<pipeline::BuildRequest> request_of(const std::vector<std::string>&
     request.raster_name = fs::path(request.raster_path).filename().string();
     return request;
   }
-  auto sources = examine_sources(words, settings, BadSource::refuse);
+  auto sources = examine_sources(words, settings, bad);
   if (!sources) return sources.problem();
+  for (const std::string& skipped : sources->skipped) std::cerr << "cordillera: left out: " << skipped << "\n";
   for (const std::string& warning : sources->warnings) std::cerr << "cordillera: warning: " << warning << "\n";
-  for (const std::string& note : sources->datum_notes) request.options.add_warnings(note);
+  for (const std::string& note : sources->notes) request.options.add_warnings(note);
   request.members = std::move(sources->members);
   return request;
 }

@@ -16,7 +16,7 @@ struct Sources {
   std::vector<raster::MosaicMember> members;  ///< the one that wins first, as they were named
   std::vector<std::string> skipped;           ///< lines of what was left out
   std::vector<std::string> warnings;
-  std::vector<std::string> datum_notes;  ///< those of the warnings that the manifest is to have
+  std::vector<std::string> notes;  ///< what the manifest is to say of them, besides
 };
 
 /// words: rasters, folders, lists; see raster/mosaic/source_list.h. Options that a list gives to a raster go over those of
@@ -26,6 +26,7 @@ proto::Result<Sources> examine_sources(const std::vector<std::string>& words, co
 
 /// A build of them, with the settings' options: of the one raster, or of several with its members. Named as the first of the
 /// words; what there is to warn of is told to stderr.
-proto::Result<pipeline::BuildRequest> request_of(const std::vector<std::string>& words, const Settings& settings);
+proto::Result<pipeline::BuildRequest> request_of(const std::vector<std::string>& words, const Settings& settings,
+                                                 BadSource bad = BadSource::refuse);
 
 }  // namespace cordillera::server

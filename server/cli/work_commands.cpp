@@ -281,7 +281,7 @@ int plan_command(const Settings& settings, const PlanLine& line) {
   pipeline::BuildRequest request;
   request.members = std::move(sources->members);
   request.options = settings.build;
-  for (const std::string& note : sources->datum_notes) request.options.add_warnings(note);
+  for (const std::string& note : sources->notes) request.options.add_warnings(note);
   find_from_anywhere(request);
   request.raster_name = settings.build.name().empty() ? name_of_plan(request.members, line.folder) : settings.build.name();
   if (settings.dry_run) return dry_run(request, Show::table);

@@ -48,6 +48,22 @@ TEST_F(Program, AFinishedFileIsThereUntilTheOneThatReplacesItIsFinished) {
     EXPECT_FALSE(std::filesystem::exists(out + left)) << left;
 }
 
+TEST_F(Program, OneBadRasterAmongOthersIsLeftOutWhenAsked) {
+  const std::string out = (folder_.path() / "out.sqlite").string(), bad = (folder_.path() / "bad.tif").string();
+  std::ofstream(bad) << "II*";
+  const std::string line = build(bad + " --error 20 --max-level 10 -q -o " + out);
+  const Ended refused = shell(line);
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_THAT(refused.output, HasSubstr("bad.tif"));
+  EXPECT_FALSE(std::filesystem::exists(out));
+  const Ended built = shell(line + " --skip-bad");
+  EXPECT_EQ(built.code, 0) << built.output;
+  EXPECT_THAT(built.output, HasSubstr("left out: " + bad));
+  const Json manifest = Json::parse(shell(kProgram + " info --json " + out).output);
+  EXPECT_EQ(manifest["sources"].size(), 1u);
+  EXPECT_THAT(manifest["notes"].dump(), testing::ContainsRegex("bad.tif was left out, for it cannot be used .raster-"));
+}
+
 /// What would be ignored, or is another thing than it seems.
 TEST_F(Program, OutputsThatCannotBeMeantAreRefused) {
   const std::string folder = (folder_.path() / "out").string();
