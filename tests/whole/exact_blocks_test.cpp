@@ -188,7 +188,7 @@ TEST(ExactBlocks, close_around_the_earth) {
 // Triangles beside a pole are long and thin, and in space they lie elsewhere than on the lattice. Targets may be missed there,
 // and that is said.
 TEST(ExactBlocks, state_what_is_true_of_spikes_beside_a_pole) {
-  Dem dem = all_around(2880, 48, 90);
+  Dem dem = all_around(2880, 80, 90);
   dem.height = [ground = dem.height](int c, int r) {
     const std::uint32_t hash = (static_cast<std::uint32_t>(c) * 2654435761u ^ static_cast<std::uint32_t>(r) * 2246822519u) >> 16;
     return 0.2 * ground(c, r) + (hash % 250 == 0 ? 4000 : hash % 250 == 1 ? -3000 : 0);
