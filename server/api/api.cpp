@@ -3,7 +3,9 @@
 #include <chrono>
 
 #include "pipeline/faces/draco_tiles.h"
+#include "server/api/api_updates.h"
 #include "server/api/requests/typed_by_hand.h"
+#include "server/http/conditions.h"
 #include "server/http/gzip.h"
 #include "server/http/request_id.h"
 #include "server/log/log.h"
@@ -11,7 +13,7 @@
 namespace cordillera::server {
 namespace {
 
-constexpr const char* kReadingHeaders = "If-None-Match, If-Range, Range, Cache-Control, Last-Event-ID, Authorization";
+constexpr const char* kReadingHeaders = "If-Match, If-None-Match, If-Range, Range, Cache-Control, Last-Event-ID, Authorization";
 constexpr const char* kWritingHeaders =
     "Content-Type, Content-Encoding, Prefer, Idempotency-Key, Tus-Resumable, Upload-Length, Upload-Offset, Upload-Metadata";
 constexpr const char* kToldHeaders =
@@ -69,6 +71,44 @@ std::string known_paths() {
   return whole + " and, below the dataset, " + below;
 }
 
+/// What is read is read only as If-Match has it (RFC 9110, 13.2.1): who goes on with a download must not get two halves.
+Response if_matched(const Request& request, Response response) {
+  const bool good = response.status / 100 == 2 || response.status == 304;
+  if (!good || request.method == "OPTIONS" || if_match_holds(request, response.header("ETag"))) return response;
+  return problem_response(condition_failed("If-Match", response.header("ETag")));
+}
+
+/// What is there before a change: a GET of the same address, or of the versions where that has none.
+Response before_change(Service& service, const Request& request, const Route& route) {
+  Request get = request;
+  get.method = "GET";
+  get.query.clear();
+  get.read_body = nullptr;
+  for (const char* header : {"if-match", "if-none-match", "if-range", "range", "prefer"}) get.headers.erase(header);
+  if (const RouteMethod* method = route.row->method("GET")) return method->handler(service, get, route);
+  const Row dataset = service.find(route.id);
+  return dataset ? updates::versions(service, get, *dataset) : problem_response(unknown_to(request, route.id));
+}
+
+/// Why a change is not made: what it is of is not as its conditions say. Who may not make it is told that instead, by the
+/// handler.
+std::optional<Response> not_as_said(Service& service, const Request& request, const Route& route) {
+  const auto none_match = request.header("if-none-match");
+  if (request.waited || (!none_match && !request.headers.contains("if-match"))) return std::nullopt;
+  if (!route.row->path.starts_with(kOneDataset)) {  // uploads and the list have no tag
+    if (if_match_holds(request, "")) return std::nullopt;
+    return problem_response(condition_failed("If-Match", ""));
+  }
+  const Row dataset = service.find(route.id);
+  if (!dataset || !may_see(request, *dataset) || dataset->mounted || updates::refuse(request, *dataset)) return std::nullopt;
+  const Response now = before_change(service, request, route);
+  if (now.status == 404) return std::nullopt;
+  const std::string tag = now.header("ETag");
+  if (!if_match_holds(request, tag)) return problem_response(condition_failed("If-Match", tag));
+  const bool named = none_match && (*none_match == "*" || (!tag.empty() && names_tag(*none_match, tag)));
+  return named ? std::optional(problem_response(condition_failed("If-None-Match", tag))) : std::nullopt;
+}
+
 }  // namespace
 
 proto::Problem unknown_to(const Request& request, const std::string& id) {
@@ -83,11 +123,6 @@ void keep_from_others(Response& response) {
   for (auto& [name, value] : response.headers) {
     if (name == "Cache-Control" && value.rfind("public", 0) == 0) value.replace(0, 6, "private");
   }
-}
-
-bool names_tag(const std::string& if_none_match, const std::string& tag) {
-  // Tags are hex in quotes, so finding one as a substring is finding it in the list; W/ before it does not matter here.
-  return if_none_match == "*" || if_none_match.find(std::string_view(tag).substr(tag.find('"'))) != std::string::npos;
 }
 
 Response if_changed(const Request& request, Response response) {
@@ -106,6 +141,7 @@ Response if_changed(const Request& request, Response response) {
 void mark_variants(Response& response) {
   if (!is_compressible(response.header("Content-Type"))) return;
   response.set("Vary", "Accept-Encoding");
+  if (is_guarded(response)) return;  // each coding has a tag of its own
   for (auto& [name, value] : response.headers) {
     if (name == "ETag" && value.rfind("W/", 0) != 0) value.insert(0, "W/");
   }
@@ -185,6 +221,7 @@ Response Api::finished(const std::shared_ptr<Asked>& asked, Response response) {
   if (route.found.resource != nullptr && route.found.resource->links == pipeline::faces::Links::tile_templates)
     make_absolute(asked->request, response);
   mark_variants(response);
+  if (only_reads(asked->request.method, route)) response = if_matched(asked->request, std::move(response));
   response = if_changed(asked->request, std::move(response));
   add_cors(response);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - asked->start;
@@ -236,7 +273,9 @@ Response Api::dispatch(const Request& request, const Route& route) {
   if (route.row == nullptr)
     return problem_response({"not-found", "there is nothing at " + request.path.substr(0, 200), known_paths(), ""});
   const RouteMethod* method = route.row->method(request.method);
-  return method == nullptr ? method_not_allowed(request, route) : method->handler(service_, request, route);
+  if (method == nullptr) return method_not_allowed(request, route);
+  auto refused = only_reads(request.method, route) ? std::nullopt : not_as_said(service_, request, route);
+  return refused ? std::move(*refused) : method->handler(service_, request, route);
 }
 
 }  // namespace cordillera::server

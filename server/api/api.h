@@ -190,8 +190,6 @@ std::vector<Part> parts_of(const Mounts& mounts, const std::string& id, const pr
 /// What there is to fetch of a dataset, a face each, with links as OGC API names them. path as above.
 Json faces_json(const std::vector<Part>& parts, const std::string& path);
 
-/// Whether If-None-Match names the tag, which stands in quotes.
-bool names_tag(const std::string& if_none_match, const std::string& tag);
 /// An answer with a validator: 304 if the client has it already.
 Response if_changed(const Request& request, Response response);
 /// What the socket may compress has Vary, and a weak tag: compressed and plain, it is the same document in different bytes.

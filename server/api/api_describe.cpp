@@ -6,6 +6,7 @@
 #include "server/api/api_updates.h"
 #include "server/api/requests/typed_by_hand.h"
 #include "server/datasets/dataset_folder.h"
+#include "server/http/conditions.h"
 #include "server/log/log.h"
 
 namespace cordillera::server {
@@ -38,6 +39,10 @@ Response describe_dataset(Service& service, const Request& request, const Datase
   const std::lock_guard alone(g_describing);
   const Row before = service.registry().find(dataset.id);
   if (!before) return problem_response(unknown_to(request, dataset.id));  // deleted meanwhile
+  if (request.headers.contains("if-match")) {
+    const std::string tag = status_document(service, request, *before).header("ETag");
+    if (!if_match_holds(request, tag)) return problem_response(condition_failed("If-Match", tag));
+  }
   Dataset changed = *before;
   const TableWords words{.what = "a dataset's", .of = " does not change without a build", .accepted = kDescribable};
   if (auto wrong = read_options(description_words(), plain->query, words, changed)) return problem_response(*wrong);

@@ -13,6 +13,7 @@
 #include "server/api/public_address.h"
 #include "server/api/requests/typed_by_hand.h"
 #include "server/datasets/ledger.h"
+#include "server/http/conditions.h"
 #include "server/jobs/source_json.h"
 #include "server/log/log.h"
 
@@ -109,9 +110,7 @@ Response listed(Service& service, const Request& request, const Dataset& dataset
       return problem_response(
           {"source-unknown", "dataset " + dataset.id + " has no raster '" + id + "'", "an id that GET …/sources lists", ""});
   }
-  Response response = json_response(200, json);
-  response.set("Cache-Control", "no-store");
-  return response;
+  return guarded_json(std::move(json));
 }
 
 /// How a change is answered: the status of one that is done, and the dataset's path as the client sees it.

@@ -11,6 +11,7 @@
 #include "server/api/public_address.h"
 #include "server/datasets/whole_share.h"
 #include "server/fetch/addresses.h"
+#include "server/http/conditions.h"
 #include "server/http/json.h"
 #include "server/jobs/provisional.h"
 
@@ -339,9 +340,7 @@ Response status_document(Service& service, const Request& request, const Dataset
   } else if (const auto shown = service.library().provisional(dataset.id); shown && json["provisional"] == true) {
     list_faces(shown->manifest());
   }
-  Response response = json_response(200, json);
-  response.set("Cache-Control", "no-store");
-  return response;
+  return guarded_json(std::move(json));
 }
 
 Response event_stream(Service& service, const Request& request, const Dataset& dataset) {

@@ -9,6 +9,7 @@
 #include "server/api/change_request.h"
 #include "server/datasets/ledger.h"
 #include "server/fetch/addresses.h"
+#include "server/http/conditions.h"
 #include "server/http/digest.h"
 #include "server/jobs/source_json.h"
 #include "server/jobs/turn.h"
@@ -99,9 +100,7 @@ Response versions(Service& service, const Request&, const Dataset& dataset) {
     if (version && *version && terrain && number != served.number())
       json["versions"].push_back(version_json(**version, terrain->manifest(), false));
   }
-  Response response = json_response(200, json);
-  response.set("Cache-Control", "no-store");
-  return response;
+  return guarded_json(std::move(json));
 }
 
 Response rollback(Service& service, const Request& request, const Dataset& dataset) {

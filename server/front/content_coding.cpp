@@ -2,6 +2,7 @@
 
 #include "pipeline/exports/gzip.h"
 #include "server/front/codec.h"
+#include "server/http/conditions.h"
 #include "server/http/gzip.h"
 
 namespace cordillera::server::front {
@@ -24,11 +25,12 @@ std::shared_ptr<const std::string> ContentCoder::kept(const std::string& name, c
 
 void ContentCoder::encode(const Request& request, Response& response) {
   const bool reads = request.method == "GET" || request.method == "HEAD";
+  const char* coding = accepts(request, "br") ? "br" : accepts(request, "gzip") ? "gzip" : nullptr;
+  if (reads && coding != nullptr && response.status == 304 && is_guarded(response)) return name_coding(response, coding);
   if (!reads || response.bytes().size() < kWorthIt || !is_compressible(response.header("Content-Type"))) return;
   if (!response.header("Content-Encoding").empty() || response.status == 206) return;  // a part is one of the bytes as they are
   const std::string tag = response.header("ETag");
   const bool keep = response.status == 200 && !tag.empty();
-  const char* coding = accepts(request, "br") ? "br" : accepts(request, "gzip") ? "gzip" : nullptr;
   if (coding == nullptr) return;
   const auto make = [&] { return compressed(coding, response.bytes()); };
   std::shared_ptr<const std::string> bytes;
@@ -40,6 +42,7 @@ void ContentCoder::encode(const Request& request, Response& response) {
   response.body.clear();
   response.shared = std::move(bytes);
   response.set("Content-Encoding", coding);
+  if (is_guarded(response)) name_coding(response, coding);
 }
 
 std::optional<proto::Problem> coding_problem(const Request& request) {

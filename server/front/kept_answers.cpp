@@ -49,7 +49,7 @@ void KeptAnswers::forget_others(std::uint64_t state) {
 
 bool takes_kept(const Request& request) {
   return request.method == "GET" && request.query.empty() && !request.headers.contains("authorization") &&
-         !request.headers.contains("range");
+         !request.headers.contains("range") && !request.headers.contains("if-match");
 }
 
 }  // namespace cordillera::server::front

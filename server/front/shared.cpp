@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <regex>
 
+#include "server/http/conditions.h"
 #include "proto/cores.h"
 #include "server/log/log.h"
 #include "server/memory/heap.h"

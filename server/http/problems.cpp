@@ -42,6 +42,7 @@ const std::vector<ProblemKind>& table() {
       {"dataset-failed", 409, "The dataset could not be built"},
       {"idempotency-key-in-use", 409, "A request with this Idempotency-Key or upload is under way"},
       {"upload-conflict", 409, "The upload stands elsewhere"},
+      {"precondition-failed", 412, "The resource is not as the request's condition says"},
       {"tus-version", 412, "Another version of tus"},
       {"body-too-large", 413, "The body is too large"},
       {"uri-too-long", 414, "The address is too long"},

@@ -124,6 +124,24 @@ TEST_F(Http, CompressedAndPlainAnswersAreTwoRepresentations) {
   }
 }
 
+/// A guard must name bytes, and each coding has others.
+TEST_F(Http, AStatusHasAStrongTagInEachCoding) {
+  const std::string status = "$U/v1/datasets/" + ready_dataset(), title = " -X PATCH --data-urlencode title=";
+  for (const char* encoding : {"identity", "gzip", "br"}) {
+    const std::string ask = std::string("-H 'Accept-Encoding: ") + encoding + "' ";
+    const std::string head = curl("-D - -o /dev/null " + ask + status);
+    const auto start = head.find("ETag: ") + 6;
+    const std::string tag = head.substr(start, head.find('\r', start) - start);
+    EXPECT_TRUE(tag.starts_with('"')) << head;
+    EXPECT_EQ(tag.ends_with(std::string("-") + encoding + "\""), encoding != std::string("identity")) << tag;
+    const std::string again = curl("-D - " + ask + "-H 'If-None-Match: " + tag + "' " + status);
+    EXPECT_THAT(again, testing::AllOf(HasSubstr("304"), HasSubstr("ETag: " + tag)));
+    const std::string changed = "-o /dev/null -w '%{http_code}' -H 'If-Match: " + tag + "'" + title + encoding + " " + status;
+    EXPECT_EQ(curl(changed), "200");
+    EXPECT_EQ(curl(changed), "412") << "it is another by now";
+  }
+}
+
 TEST_F(Http, Deleting) {
   const std::string id = ready_dataset();
   EXPECT_EQ(curl("-o /dev/null -w '%{http_code}' -X DELETE $U/v1/datasets/" + id), "204");

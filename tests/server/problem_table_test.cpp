@@ -39,6 +39,7 @@ Slugs found_in(const std::string& text, const std::regex& what) {
 
 /// Words of the sources that look like slugs and are none; names of options are known from their table.
 const Slugs kOtherWords = {"accept-encoding",
+                           "if-match",
                            "content-encoding",
                            "content-length",
                            "content-type",

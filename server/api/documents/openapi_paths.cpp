@@ -37,6 +37,18 @@ Json parameters_of(const std::vector<OptionOf<Wish>>& table) {
   return parameters;
 }
 
+/// What a change may name with If-Match.
+Json guarded(const std::string& about, const char* schema) {
+  Json good = answer(about, "application/json", schema);
+  good["headers"] = {{"ETag", {{"$ref", "#/components/headers/etag"}}}};
+  return {{"200", good}};
+}
+
+/// Of a change.
+Json if_match() {
+  return header("If-Match", "the ETag that a GET of it said; the change is made only if that is still so, else it is 412");
+}
+
 Json url_parameter() { return required(query("url", "the address of a raster that the operator lets the service fetch")); }
 
 Json post_parameters() {
@@ -70,16 +82,17 @@ void describe_datasets(Operations& all) {
   for (const char* type : {"multipart/form-data", "application/json", "application/x-www-form-urlencoded"})
     post.body["content"][type]["schema"] = {{"type", "object"}};
   all["put_dataset"] = post;
-  all["dataset"] = {"State, progress, links, and what there is to fetch",
-                    {{"200", answer("The dataset", "application/json", "dataset")}}};
+  all["dataset"] = {"State, progress, links, and what there is to fetch", guarded("The dataset", "dataset")};
   all["describe_dataset"] = {
       "Change title, attribution, imagery or private, or build the rest of a lazy dataset, as JSON or in the query; for who "
       "posted it, or an admin",
-      {{"200", answer("The dataset", "application/json", "dataset")}},
+      guarded("The dataset", "dataset"),
       parameters_of(description_words()),
       {{"required", false}, {"content", content_of("application/json", "description")}}};
+  all["describe_dataset"].parameters.push_back(if_match());
   all["describe_dataset"].body["content"].update(content_of("application/x-www-form-urlencoded", "description"));
-  all["delete_dataset"] = {"Remove a dataset; a running build is cancelled", {{"204", {{"description", "It is gone"}}}}};
+  all["delete_dataset"] = {
+      "Remove a dataset; a running build is cancelled", {{"204", {{"description", "It is gone"}}}}, Json::array({if_match()})};
   all["events"] = {"Progress as server-sent events, `tiles` whenever other tiles can be read, then one `ready` or `failed`",
                    {{"200", answer("A stream of events", "text/event-stream")}}};
   all["manifest"] = {"What was read and assumed, and the errors of every level",
@@ -108,7 +121,7 @@ void describe_uploads(Operations& all) {
 Json source_parameters() {
   Json parameters = parameters_of(change_words());
   for (const Json& one : {header("Prefer", "wait=SECONDS: the answer waits so long for the new version, 600 at most"),
-                          header("Idempotency-Key", "the same key with the same request makes one change")}) {
+                          header("Idempotency-Key", "the same key with the same request makes one change"), if_match()}) {
     parameters.push_back(one);
   }
   return parameters;
@@ -121,18 +134,17 @@ void describe_sources(Operations& all) {
     made.good["202"] = answer("Noted; a version will come of it", "application/json", "change");
     return made;
   };
-  all["sources"] = {"The rasters, the one that wins first, and changes of them",
-                    {{"200", answer("The rasters", "application/json", "sources")}}};
+  all["sources"] = {"The rasters, the one that wins first, and changes of them", guarded("The rasters", "sources")};
   all["add_source"] = change("Add a raster to a dataset that was posted with updates=1; the body is the raster", "201");
-  all["source"] = {"One raster", {{"200", answer("The raster", "application/json", "source")}}};
+  all["source"] = {"One raster", guarded("The raster", "source")};
   all["replace_source"] = change("Another raster in its place, another place in the list, or other options", "200");
   Operation& removed = all["remove_source"] = change("Take a raster away; the last one stays", "200");
-  removed.parameters = removed.body = {};
-  all["versions"] = {"The version that is served, and earlier ones that are kept",
-                     {{"200", answer("The versions", "application/json", "versions")}}};
-  all["rollback"] = {"Serve an earlier version again, the one before if none is named",
-                     {{"200", answer("The versions", "application/json", "versions")}},
-                     Json::array({query("to", "number of a kept version")})};
+  removed.parameters = Json::array({if_match()});
+  removed.body = {};
+  all["versions"] = {"The version that is served, and earlier ones that are kept", guarded("The versions", "versions")};
+  all["rollback"] = {"Serve an earlier version again, the one before if none is named", guarded("The versions", "versions"),
+                     Json::array({query("to", "number of a kept version"),
+                                  header("If-Match", "the ETag of the versions; if it is another by now, the answer is 412")})};
 }
 
 void describe_service(Operations& all) {
