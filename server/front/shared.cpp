@@ -1,10 +1,9 @@
 #include "server/front/shared.h"
 
 #include <algorithm>
-#include <regex>
 
-#include "server/http/conditions.h"
 #include "proto/cores.h"
+#include "server/http/conditions.h"
 #include "server/log/log.h"
 #include "server/memory/heap.h"
 
@@ -12,13 +11,6 @@ namespace cordillera::server::front {
 namespace {
 
 std::size_t cores() { return std::clamp<std::size_t>(proto::usable_cores(), 1, 64); }
-
-/// One of bytes that is none is a mistake that the client should see; of another unit it is to be ignored (RFC 9110, 14.2).
-bool is_range(const std::string& header) {
-  if (!header.starts_with("bytes")) return true;
-  static const std::regex kRanges(R"(bytes=(\d+-\d*|-\d+)(\s*,\s*(\d+-\d*|-\d+))*)");
-  return header.size() < 256 && std::regex_match(header, kRanges);
-}
 
 }  // namespace
 
@@ -81,13 +73,7 @@ Response ready(Shared& shared, const Request& request, const std::function<Respo
 }  // namespace
 
 Response answer_of(Shared& shared, const Request& request, const Route& route) {
-  return ready(shared, request, [&] {
-    if (const auto range = request.header("range"); range && !is_range(*range)) {
-      return refusal({"range-invalid", "the Range header cannot be read",
-                      "bytes=FIRST-LAST, bytes=FIRST- or bytes=-LAST_SO_MANY; meshes and archives have ranges", "Range"});
-    }
-    return shared.api.handle(request, route);
-  });
+  return ready(shared, request, [&] { return shared.api.handle(request, route); });
 }
 
 Response rest_of(Shared& shared, const Request& request, const std::function<Response()>& rest) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "proto/letters.h"
 #include "proto/numbers.h"
 #include "server/http/json.h"
 
@@ -12,6 +13,22 @@ namespace {
 std::optional<std::uint64_t> position(std::string_view text) {
   if (text.empty() || text.find_first_not_of("0123456789") != text.npos) return std::nullopt;
   return proto::number<std::uint64_t>(text).value_or(UINT64_MAX);
+}
+
+/// The one range of a header in bytes; nothing where it has none or several. Lists may have empty elements and blanks around them
+/// (RFC 9110, 5.6.1), and units are spelt in any case.
+std::string_view only_range(std::string_view header) {
+  const std::size_t equals = header.find('=');
+  if (equals == header.npos || !proto::same_letters(header.substr(0, equals), "bytes")) return {};
+  std::string_view only;
+  for (std::string_view rest = header.substr(equals + 1); !rest.empty();) {
+    const std::string_view whole = rest.substr(0, rest.find(',')), one = proto::trimmed(whole);
+    rest.remove_prefix(std::min(rest.size(), whole.size() + 1));
+    if (one.empty()) continue;
+    if (!only.empty()) return {};
+    only = one;
+  }
+  return only;
 }
 
 /// A strong tag that is the same; a date is none of ours, so what it says has changed (RFC 9110, 13.1.5).
@@ -25,9 +42,8 @@ bool is_still(const Request& request, const std::string& etag) {
 Wanted wanted_part(const Request& request, std::uint64_t size, const std::string& etag) {
   using What = Wanted::What;
   const std::string header = request.method == "GET" ? request.header("range").value_or("") : "";
-  constexpr std::string_view kUnit = "bytes=";
-  if (!header.starts_with(kUnit) || !is_still(request, etag)) return {};
-  const std::string_view range = std::string_view(header).substr(kUnit.size());
+  const std::string_view range = only_range(header);
+  if (range.empty() || !is_still(request, etag)) return {};
   const std::size_t dash = range.find('-');
   if (dash == range.npos) return {};
   const std::string_view before = range.substr(0, dash), behind = range.substr(dash + 1);

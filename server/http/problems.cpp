@@ -49,7 +49,6 @@ const std::vector<ProblemKind>& table() {
       {"body-form", 415, "A form or JSON instead of a raster"},
       {"coding-unknown", 415, "The body's compression is unknown"},
       {"upload-type", 415, "A part of an upload has a type of its own"},
-      {"range-invalid", 416, "The Range header cannot be read"},
       {"range-beyond", 416, "The Range begins behind the end"},
       {"idempotency-key-reused", 422, "The Idempotency-Key or upload belongs to another request"},
       {"build-time-limit", 422, "The build took longer than it may"},

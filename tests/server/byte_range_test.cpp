@@ -42,7 +42,13 @@ TEST(ByteRange, IsReadAsHttpHasIt) {
                                                       {"bytes=a-b", "whole"},
                                                       {"bytes=1", "whole"},
                                                       {"bytes=+1-2", "whole"},
-                                                      {"bytes= 1-2", "whole"},
+                                                      {"bytes= 1-2", "1+2"},
+                                                      {"Bytes=1-2", "1+2"},
+                                                      {"bytes=1-2 ,", "1+2"},
+                                                      {"bytes=,\t, 1-2", "1+2"},
+                                                      {"bytes=1 -2", "whole"},
+                                                      {"bytes=,", "whole"},
+                                                      {"bytes", "whole"},
                                                       {"bytes=0-99999999999999999999999", "0+1000"},
                                                       {"bytes=99999999999999999999999-", "nothing"}};
   for (const auto& [range, wanted] : rows) EXPECT_EQ(part(asking(range)), wanted) << range;

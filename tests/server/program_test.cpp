@@ -192,12 +192,12 @@ TEST_F(Program, WhatIsRefusedBeforeItIsARequestIsCounted) {
   start_server();
   const auto ask = [&](const std::string& arguments) { shell("curl -q -s -m 100 -o /dev/null " + server_.base() + arguments); };
   ask("/" + std::string(9000, 'a'));
-  ask("/v1/datasets -H 'Range: bytes=x'");
+  ask("/v1/datasets -H 'Content-Encoding: compress' -d x");
   const std::string text = shell("curl -q -s -m 100 " + server_.base() + "/metrics").output;
   for (const char* labels :
-       {"{route=\"unknown\",method=\"other\",status=\"414\"}", "{route=\"datasets\",method=\"GET\",status=\"416\"}"})
+       {"{route=\"unknown\",method=\"other\",status=\"414\"}", "{route=\"datasets\",method=\"POST\",status=\"415\"}"})
     EXPECT_THAT(text, HasSubstr("cordillera_http_requests_total" + std::string(labels) + " 1\n"));
-  for (const char* type : {"uri-too-long", "range-invalid"})
+  for (const char* type : {"uri-too-long", "coding-unknown"})
     EXPECT_THAT(text, HasSubstr("cordillera_problems_total{type=\"" + std::string(type) + "\"} 1\n"));
 }
 
