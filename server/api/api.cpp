@@ -133,7 +133,7 @@ Response if_changed(const Request& request, Response response) {
   Response unchanged;
   unchanged.status = 304;
   for (const auto& [name, value] : response.headers) {  // Vary may be there twice
-    if (name == "ETag" || name == "Cache-Control" || name == "Vary") unchanged.set(name, value);
+    if (name == "ETag" || name == "Cache-Control" || name == "Vary" || name == "Accept-Ranges") unchanged.set(name, value);
   }
   return unchanged;
 }

@@ -110,6 +110,7 @@ Response extracted_mesh(Service& service, const Request& request, const Dataset&
   response.set("Content-Disposition", "inline; filename=\"" + file_name(dataset, *mesh, ending) + "\"");
   response.set("Cache-Control", cache_control(route));
   response.set("ETag", quoted(pipeline::hex(pipeline::content_hash(response.body))));
+  response.set("Accept-Ranges", "bytes");
   return cut_to_range(request, if_changed(request, std::move(response)));
 }
 

@@ -64,6 +64,7 @@ std::string content_range(const ByteRange& part, std::uint64_t size) {
 Response no_such_part(std::uint64_t size) {
   Response response = problem_response({"range-beyond", "the Range begins behind the last byte",
                                         "bytes within 0-" + std::to_string(size == 0 ? 0 : size - 1), "Range"});
+  response.set("Accept-Ranges", "bytes");
   response.set("Content-Range", "bytes */" + std::to_string(size));
   return response;
 }
@@ -71,7 +72,6 @@ Response no_such_part(std::uint64_t size) {
 Response cut_to_range(const Request& request, Response response) {
   if (response.status != 200) return response;
   const std::uint64_t size = response.bytes().size();
-  response.set("Accept-Ranges", "bytes");
   const Wanted wanted = wanted_part(request, size, response.header("ETag"));
   if (wanted.what == Wanted::What::nothing) return no_such_part(size);
   if (wanted.what == Wanted::What::whole) return response;

@@ -25,7 +25,7 @@ std::string content_range(const ByteRange& part, std::uint64_t size);
 /// 416, with the size.
 Response no_such_part(std::uint64_t size);
 
-/// A GET's 200 of bytes that are at hand, with ETag: 206 of the part, or 416.
+/// A GET's 200 of bytes that are at hand, with ETag and Accept-Ranges: 206 of the part, or 416.
 Response cut_to_range(const Request& request, Response response);
 
 }  // namespace cordillera::server

@@ -45,6 +45,21 @@ TEST(Polar, HasNoMaps) {
   for (const Json& face : faces) EXPECT_EQ(get(face["href"]).status, 200) << face["href"];
 }
 
+TEST(Mesh, A304SaysOfRangesWhatThe200Says) {
+  const auto ask = [](const std::map<std::string, std::string>& headers) {
+    Request request;
+    request.path = built().base() + "/mesh.stl";
+    request.query = {{"level", "5"}};
+    request.headers = headers;
+    return TestService::settled(built().api().handle(request));
+  };
+  const Response whole = ask({}), unchanged = ask({{"if-none-match", whole.header("ETag")}});
+  ASSERT_EQ(whole.status, 200) << whole.body;
+  EXPECT_EQ(unchanged.status, 304);
+  EXPECT_EQ(whole.header("Accept-Ranges"), "bytes");
+  EXPECT_EQ(unchanged.header("Accept-Ranges"), "bytes");
+}
+
 Response asked_archive(const std::map<std::string, std::string>& headers = {}) {
   Request request;
   request.path = built().base() + ".pmtiles";

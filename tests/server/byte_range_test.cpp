@@ -67,6 +67,7 @@ TEST(ByteRange, CutsAnAnswer) {
   Response whole;
   whole.body = "0123456789";
   whole.set("ETag", "\"tag\"");
+  whole.set("Accept-Ranges", "bytes");
   const Response cut = cut_to_range(asking("bytes=2-4"), whole);
   EXPECT_EQ(cut.status, 206);
   EXPECT_EQ(cut.body, "234");
@@ -75,6 +76,7 @@ TEST(ByteRange, CutsAnAnswer) {
   const Response none = cut_to_range(asking("bytes=10-"), whole);
   EXPECT_EQ(none.status, 416);
   EXPECT_EQ(none.header("Content-Range"), "bytes */10");
+  EXPECT_EQ(none.header("Accept-Ranges"), "bytes");
   EXPECT_EQ(cut_to_range(asking(""), whole).status, 200);
 }
 
