@@ -102,6 +102,9 @@ struct MayWait {
   bool preferred = false;  ///< the client says so itself
 };
 MayWait may_wait(const Limits& limits, const Request& request);
+/// The same for what is made of a whole dataset and may take minutes: a HEAD waits for none of it, and who names no time for less
+/// than proxies do.
+MayWait may_wait_for_whole(const Limits& limits, const Request& request);
 
 /// Tiles that one request looks at; it looks at others when these are made.
 inline constexpr std::size_t kMostLooks = 64;

@@ -17,7 +17,6 @@ using proto::Problem;
 
 constexpr std::size_t kAtOnce_bytes = std::size_t{1} << 20;  // of a part that is read into memory
 constexpr std::size_t kPiece_bytes = std::size_t{64} << 10;  // of what is larger
-constexpr auto kLongestMaking = std::chrono::seconds(60);    // that a client waits for
 
 /// format= of the query, or pictures of heights: most programs that open such archives are maps.
 proto::Result<const Face*> face_asked(const Request& request) {
@@ -51,7 +50,7 @@ class Pieces {
 };
 
 Response still_made() {
-  return problem_response({"archive-not-ready", "the archive is being made", "asking again in a minute", ""});
+  return problem_response({"archive-not-ready", "the archive is being made", "asking again in a moment", ""});
 }
 
 Response answer_file(const Request& request, const std::shared_ptr<const ArchiveFile>& file, const Route& route) {
@@ -60,8 +59,8 @@ Response answer_file(const Request& request, const std::shared_ptr<const Archive
   response.set("Content-Disposition", "inline; filename=\"" + route.id + ".pmtiles\"");
   response.set("Cache-Control", cache_control(route));
   response.set("ETag", file->etag());
-  if (auto unchanged = if_changed(request, response); unchanged.status == 304) return unchanged;
   response.set("Accept-Ranges", "bytes");
+  if (auto unchanged = if_changed(request, response); unchanged.status == 304) return unchanged;
   const Wanted wanted = wanted_part(request, file->size(), file->etag());
   if (wanted.what == Wanted::What::nothing) return no_such_part(file->size());
   const bool whole = wanted.what == Wanted::What::whole;
@@ -97,12 +96,13 @@ Response archive(Service& service, const Request& request, const Dataset& datase
   const auto file = service.archive_files().find(order);
   if (!file) return problem_response(file.problem());
   if (*file) return answer_file(request, *file, route);
-  const Token waiting = service.wait_token();
+  const MayWait wait = may_wait_for_whole(service.settings().serve.limits, request);
+  const Token waiting = wait.longest.count() > 0 ? service.wait_token() : nullptr;
   if (!waiting) return still_made();
   Request asked = request;
   asked.read_body = nullptr;  // what it reads may be gone when the answer comes
   Response response;
-  response.later = [&service, asked, route, order, waiting, end = std::chrono::steady_clock::now() + kLongestMaking,
+  response.later = [&service, asked, route, order, waiting, wait, end = std::chrono::steady_clock::now() + wait.longest,
                     hidden = dataset.is_private](Patience patience) -> std::optional<Response> {
     if (!service.find(order.id)) return problem_response(unknown_to(asked, order.id));
     const auto made = service.archive_files().find(order);
@@ -110,6 +110,7 @@ Response archive(Service& service, const Request& request, const Dataset& datase
     if (made && !*made && !over) return std::nullopt;
     Response come = !made ? problem_response(made.problem()) : *made ? answer_file(asked, *made, route) : still_made();
     if (hidden) keep_from_others(come);
+    if (wait.preferred) come.set("Preference-Applied", "wait=" + std::to_string(wait.longest.count()));
     return come;
   };
   return response;

@@ -15,6 +15,9 @@ using Clock = std::chrono::steady_clock;
 // The loops of connections look, and the job is told by a file: hundreds that wait must not write it with every step of a build.
 constexpr std::chrono::seconds kBetweenLooks{1};
 
+// Many proxies give up after 60 s, and who waits behind one is then not told when to ask again.
+constexpr std::chrono::seconds kLongestOfWhole{25};
+
 /// From the share clients see that waiting helps.
 Response not_yet(Service& service, const Dataset& dataset, const std::string& why) {
   char share[16] = "";
@@ -104,6 +107,13 @@ MayWait may_wait(const Limits& limits, const Request& request) {
   return {std::min(preferred.value_or(most), most), preferred.has_value()};
 }
 
+MayWait may_wait_for_whole(const Limits& limits, const Request& request) {
+  MayWait wait = may_wait(limits, request);
+  if (!wait.preferred) wait.longest = std::min(wait.longest, kLongestOfWhole);
+  if (request.method == "HEAD") wait.longest = std::chrono::seconds(0);
+  return wait;
+}
+
 std::optional<Response> wait_for(Service& service, const Request& request, const Dataset& dataset, const MayWait& wait,
                                  Awaited awaited) {
   if (request.waited || wait.longest.count() == 0) return std::nullopt;
@@ -120,7 +130,7 @@ std::optional<Response> wait_for(Service& service, const Request& request, const
 
 std::optional<Response> wait_for_all(Service& service, const Request& request, const Dataset& dataset) {
   if (dataset.state != State::queued && dataset.state != State::running) return std::nullopt;
-  const MayWait wait = may_wait(service.settings().serve.limits, request);
+  const MayWait wait = may_wait_for_whole(service.settings().serve.limits, request);
   const auto shown = service.library().provisional(dataset.id);
   const bool lazy = is_lazy(dataset);
   if (!lazy && !wait.preferred) return std::nullopt;

@@ -39,6 +39,26 @@ TEST(Api, APostBecomesTiles) {
   EXPECT_TRUE(eventually([&] { return !std::filesystem::exists(raster); })) << "a built raster is not kept";
 }
 
+/// Proxies give up after a minute.
+TEST(Api, WhatIsMadeOfAllOfADatasetIsWaitedForAsLongAsItsClientSays) {
+  Limits limits;
+  const auto seconds = [&](const std::string& method, const std::string& prefer) {
+    Request request;
+    request.method = method;
+    if (!prefer.empty()) request.headers["prefer"] = prefer;
+    return may_wait_for_whole(limits, request).longest.count();
+  };
+  limits.wait_seconds = 600;
+  EXPECT_EQ(seconds("GET", ""), 25);
+  EXPECT_EQ(seconds("GET", "wait=300"), 300);
+  EXPECT_EQ(seconds("GET", "wait=0"), 0);
+  EXPECT_EQ(seconds("HEAD", ""), 0);
+  EXPECT_EQ(seconds("HEAD", "wait=300"), 0);
+  limits.wait_seconds = 5;
+  EXPECT_EQ(seconds("GET", ""), 5);
+  EXPECT_EQ(seconds("GET", "wait=300"), 5);
+}
+
 TEST(Api, WholeNumbersArePrintedAsSuch) {
   TestService test;
   const std::string base = "/v1/datasets/" + posted_id(test.post("GOOD", {}, kWait));

@@ -45,6 +45,32 @@ TEST(Polar, HasNoMaps) {
   for (const Json& face : faces) EXPECT_EQ(get(face["href"]).status, 200) << face["href"];
 }
 
+TEST(Archive, IsMadeWhileNobodyWaits) {
+  const std::string base = built().post("ncols 2\nnrows 2\nxllcorner 10\nyllcorner 46\ncellsize 0.1\n1 2\n3 4\n",
+                                        {{"name", "small.asc"}, {"crs", "EPSG:4326"}, {"vertical-datum", "ellipsoid"}});
+  const auto ask = [&](const std::string& method, const std::map<std::string, std::string>& headers,
+                       const std::string& ending = ".pmtiles") {
+    Request request;
+    request.method = method;
+    request.path = base + ending;
+    request.headers = headers;
+    return built().api().handle(request);
+  };
+  const Response first = ask("HEAD", {{"prefer", "wait=100"}});
+  EXPECT_FALSE(first.later) << "a HEAD has no body to wait for";
+  EXPECT_EQ(first.status, 503);
+  EXPECT_NE(first.header("Retry-After"), "");
+  const std::map<std::string, std::string> at_once = {{"prefer", "wait=0"}};
+  EXPECT_FALSE(ask("GET", at_once).later);
+  ASSERT_TRUE(eventually([&] { return ask("HEAD", at_once).status == 200; })) << "the first who asks has it made";
+  const Response whole = ask("HEAD", {}), unchanged = ask("GET", {{"if-none-match", whole.header("ETag")}});
+  EXPECT_EQ(unchanged.status, 304);
+  EXPECT_EQ(unchanged.header("Accept-Ranges"), "bytes");
+  EXPECT_EQ(whole.header("Accept-Ranges"), "bytes");
+  EXPECT_EQ(ask("GET", {{"if-match", "\"nope\""}}).status, 412);
+  EXPECT_EQ(ask("DELETE", {}, "").status, 204) << "its archives go with it";
+}
+
 TEST(Mesh, A304SaysOfRangesWhatThe200Says) {
   const auto ask = [](const std::map<std::string, std::string>& headers) {
     Request request;

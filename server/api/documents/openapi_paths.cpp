@@ -199,8 +199,10 @@ void describe_meshes(Operations& all) {
                  parameters};
   good = good_answers("The archive", "application/vnd.pmtiles");
   add_ranges(good);
-  all["archive"] = {"All tiles of a format as a PMTiles archive, whole or by ranges; made when it is first asked for", good,
-                    Json::array({query("format", "a format with tiles; without it Terrain-RGB")})};
+  all["archive"] = {
+      "All tiles of a format as a PMTiles archive, whole or by ranges; made when it is first asked for", good,
+      Json::array({query("format", "a format with tiles; without it Terrain-RGB"),
+                   header("Prefer", "wait=SECONDS: the answer waits so long until it is made, within the limit max_wait")})};
 }
 
 void describe_live(Operations& all) {
