@@ -136,6 +136,9 @@ Json link_json(const std::string& path, const pipeline::faces::Resource& resourc
   return link;
 }
 
+/// What a build without a title is called in its manifest, too.
+const std::string& title_or_name(const std::string& title, const std::string& name) { return title.empty() ? name : title; }
+
 /// The few numbers that a list of datasets shows; manifest.json has all.
 Json summary_json(const proto::Manifest& manifest) {
   Json json;
@@ -254,7 +257,7 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pa
   Json json;
   json["id"] = dataset.id;
   json["name"] = dataset.name;
-  json["title"] = dataset.options.title();
+  json["title"] = title_or_name(dataset.options.title(), dataset.name);
   json["state"] = to_string(dataset.state);
   json["created"] = dataset.created;
   json["private"] = dataset.is_private;
@@ -282,7 +285,7 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pa
   const auto summary = service.library().summary(dataset.id);
   if (summary) {
     const proto::Manifest& manifest = (*summary)->manifest;
-    json["title"] = manifest.title();
+    json["title"] = title_or_name(manifest.title(), dataset.name);
     json["manifest"] = summary_json(manifest);
     json["notes"] = std::vector<std::string>(manifest.notes().begin(), manifest.notes().end());
     json["version"] = (*summary)->version;

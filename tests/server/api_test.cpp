@@ -39,6 +39,16 @@ TEST(Api, APostBecomesTiles) {
   EXPECT_TRUE(eventually([&] { return !std::filesystem::exists(raster); })) << "a built raster is not kept";
 }
 
+/// The manifest of provisional tiles has it, too.
+TEST(Api, ADatasetIsCalledByItsNameWhereItHasNoTitle) {
+  TestService test;
+  const Response posted = test.post("SLOW", {{"name", "Alps.tif"}});
+  EXPECT_EQ(body_of(posted)["title"], "Alps.tif");
+  EXPECT_EQ(body_of(test.get("/v1/datasets/" + posted_id(posted)))["title"], "Alps.tif");
+  EXPECT_EQ(body_of(test.get("/v1/datasets"))["datasets"][0]["title"], "Alps.tif");
+  EXPECT_EQ(body_of(test.post("SLOW", {{"name", "b.tif"}, {"title", "Hills"}}))["title"], "Hills");
+}
+
 /// Proxies give up after a minute.
 TEST(Api, WhatIsMadeOfAllOfADatasetIsWaitedForAsLongAsItsClientSays) {
   Limits limits;
