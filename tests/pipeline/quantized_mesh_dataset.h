@@ -2,6 +2,7 @@
 // The dataset that the faces with a whole surface are tested on.
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -30,6 +31,31 @@ struct SurfaceDataset {
     EXPECT_TRUE((*writer)->publish(synthetic_manifest()).ok());
     store = StoreReader::open(folder / "a.db").value();
     terrain = std::make_unique<faces::Terrain>(store);
+  }
+};
+
+/// A dataset of some tiles; change: of each of them, before it is written.
+struct SomeTiles {
+  TemporaryFolder folder;
+  std::unique_ptr<faces::Terrain> terrain;
+
+  SomeTiles(const proto::TileAddress& first, const proto::TileAddress& last, const Heights& heights,
+            const std::function<void(proto::TileRecord& record)>& change = nullptr) {
+    auto writer = StoreWriter::open(folder / "a.db", synthetic_plan(kFinest));
+    EXPECT_TRUE(writer.ok());
+    for (FinishedTask& task : synthetic_tasks(kLattice, first, last, heights)) {
+      for (EncodedTile& tile : task.tiles) {
+        if (change) change(tile.record);
+      }
+      EXPECT_TRUE((*writer)->commit(task).ok());
+    }
+    EXPECT_TRUE((*writer)->publish(synthetic_manifest()).ok());
+    terrain = std::make_unique<faces::Terrain>(std::shared_ptr<const StoreReader>(StoreReader::open(folder / "a.db").value()));
+  }
+  std::optional<faces::Document> fetch(const std::string& path) const {
+    const auto found = faces::find(path);
+    EXPECT_TRUE(found) << path;
+    return found->resource->make(*terrain, found->place).value();
   }
 };
 

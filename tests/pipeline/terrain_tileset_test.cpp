@@ -152,6 +152,22 @@ TEST(TerrainTileset, MetadataHoldEveryTile) {
   EXPECT_GT(tiles, 50U);
 }
 
+TEST(TerrainTileset, HeightsAreThoseOfAllBelow) {
+  const proto::TileAddress node{kFinest, 130, 80};
+  const auto highest = [](int z) { return 1000.0 + 100 * z; };
+  const SomeTiles steep(node, node, hills(), [&](proto::TileRecord& record) {
+    record.set_max_height(highest(static_cast<int>(record.level())));
+    record.set_region(5, record.max_height());
+  });
+  for (const int z : {0, 4}) {
+    const std::string place =
+        std::to_string(z) + "/" + std::to_string((130 - 128) >> (kFinest - z)) + "/" + std::to_string(80 >> (kFinest - z));
+    const Subtree subtree(steep.fetch("terrain3d/subtrees/E/" + place + ".subtree")->bytes);
+    EXPECT_GE(subtree.value("maximum_height", 0), highest(kFinest)) << z;
+    EXPECT_LE(subtree.value("maximum_height", 0), highest(kFinest) + 2) << z;
+  }
+}
+
 TEST(TerrainTileset, HasTwoRootsAndTheSemanticsThatTheProviderReads) {
   const Json json = Json::parse(fetch("terrain3d/tileset.json")->bytes);
   ASSERT_EQ(json["root"]["children"].size(), 2U);

@@ -24,14 +24,16 @@ proto::TileAddress node(const proto::TileAddress& root, int depth, std::uint32_t
   return {root.z + depth, (root.x << depth) + x, (root.y << depth) + y};
 }
 
-/// Heights that the tile's surface stays within, whole metres: its record's, its level's where there is no mesh, and the sea's.
+/// Heights that the surfaces of the tile and of all below it stay within, whole metres: those of the data, of the coarsest level
+/// where there is no mesh, and the sea's. A client takes a tile for hidden by them before it knows its descendants.
 std::array<double, 2> heights(const Terrain& terrain, const proto::TileAddress& tile) {
   double low_m = -kSea_m, high_m = kSea_m;
   const auto include = [&](double low, double high) {
     low_m = std::min(low_m, std::floor(low) - 1);
     high_m = std::max(high_m, std::ceil(high) + 1);
   };
-  if (const auto record = terrain.store().record(tile)) include(record->min_height(), record->max_height());
+  for (const TileExtent& extent : terrain.store().extents(tile.z, tile.x, tile.y, tile.x, tile.y))
+    include(extent.region[4], extent.region[5]);
   const auto coarsest = terrain.manifest().min_level();
   for (const proto::LevelSummary& level : terrain.manifest().levels()) {
     if (tile.z < static_cast<int>(coarsest) && level.level() == coarsest) include(level.min_height(), level.max_height());
