@@ -7,6 +7,7 @@
 #include <set>
 
 #include "pipeline/encode/json.h"
+#include "pipeline/faces/mercator/mercator_mesh.h"
 #include "tests/pipeline/quantized_mesh_dataset.h"
 #include "tests/pipeline/quantized_mesh_decoder.h"
 
@@ -374,6 +375,36 @@ TEST(QuantizedMesh, LayerOfWebMercatorListsWhatThereIs) {
   EXPECT_EQ(all_tiles(kMercator).size(), 1 + 4 * families.size());
   for (const TileAddress& parent : families) EXPECT_TRUE(all_tiles(kMercator).contains(parent)) << path_of(kMercator, parent);
   EXPECT_FALSE(fetch("web-mercator/terrain/8/0/0.terrain"));
+}
+
+/// There a node of the dataset is ten rows of the map high, and its data may lie in a few of them.
+TEST(QuantizedMesh, LayerOfWebMercatorListsWhatThereIsNearThePole) {
+  const TileAddress node{kFinest, 130, 123};
+  const std::int64_t from = kLattice.south(node) + kLattice.tile_units(kFinest) / 2;
+  const SomeTiles polar(node, node, [from](std::int64_t, std::int64_t row) {
+    return row < from ? std::optional<double>() : std::optional<double>(500);
+  });
+  const Json layer = Json::parse(polar.fetch("web-mercator/layer.json")->bytes);
+  std::set<TileAddress> listed, with_data;
+  for (int z = 0; z <= kMercator.finest; ++z) {
+    for (const Json& r : layer["available"][static_cast<std::size_t>(z)]) {
+      for (std::int32_t y = r["startY"]; y <= r["endY"].get<int>(); ++y)
+        for (std::int32_t x = r["startX"]; x <= r["endX"].get<int>(); ++x) listed.insert({z, x, y});
+    }
+    const std::int32_t column = node.x >> (kMercator.finest - z);
+    for (std::int32_t y = 0; y < 1 << z; ++y) {
+      const TileAddress at{z, column, y};
+      EXPECT_EQ(polar.fetch(path_of(kMercator, at)).has_value(), listed.contains(at)) << path_of(kMercator, at);
+    }
+  }
+  for (const TileAddress& at : listed) {
+    const bool has_data = !faces::mercator_mesh(*polar.terrain, at, faces::MercatorNormals::none).triangles.empty();
+    if (at.z == kMercator.finest && has_data) with_data.insert(at.parent());
+  }
+  EXPECT_FALSE(with_data.empty());
+  for (const TileAddress& at : listed) {
+    if (at.z == kMercator.finest) { EXPECT_TRUE(with_data.contains(at.parent())) << path_of(kMercator, at) << " shows nothing"; }
+  }
 }
 
 TEST(QuantizedMesh, LevelsAboveTheCoarsestShowItsHeights) {

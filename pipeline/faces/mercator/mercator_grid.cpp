@@ -107,13 +107,16 @@ WaterPixels MercatorGrid::water(const proto::TileAddress& tile) const {
 std::vector<MeshGrid::Under> MercatorGrid::under(int z, const TileRange& range) const {
   const int at = level(z);
   const double rows_a_degree = proto::tiles_up(at) / 180.0;
-  const std::int32_t south = static_cast<std::int32_t>((mercator_latitude_deg(z, range.start_y) + 90) * rows_a_degree);
-  const std::int32_t north = static_cast<std::int32_t>((mercator_latitude_deg(z, range.end_y + 1) + 90) * rows_a_degree);
+  const double south_deg = mercator_latitude_deg(z, range.start_y), north_deg = mercator_latitude_deg(z, range.end_y + 1);
+  const auto south = static_cast<std::int32_t>((south_deg + 90) * rows_a_degree);
+  const auto north = static_cast<std::int32_t>((north_deg + 90) * rows_a_degree);
   const int wide = z == 0 ? 1 : 0;
   std::vector<Under> out;
   for (const TileExtent& node : terrain().store().extents(at, range.start_x << wide, south, (range.end_x << wide) + wide,
                                                           std::min(north, proto::tiles_up(at) - 1))) {
-    out.push_back({node.tile.x >> wide});
+    // Towards the poles a node is many rows of the map high, and its data may lie in others.
+    const bool lies_in = node.region[1] <= north_deg * proto::kDegree && node.region[3] >= south_deg * proto::kDegree;
+    if (lies_in) out.push_back({node.tile.x >> wide});
   }
   return out;
 }
