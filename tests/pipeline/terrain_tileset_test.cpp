@@ -168,6 +168,18 @@ TEST(TerrainTileset, HeightsAreThoseOfAllBelow) {
   }
 }
 
+TEST(TerrainTileset, EachRootHasItsOwnLevels) {
+  const auto levels = [](const std::optional<faces::Document>& document) {
+    const Json children = Json::parse(document->bytes)["root"]["children"];
+    return std::pair<int, int>(children[0]["implicitTiling"]["availableLevels"],
+                               children[1]["implicitTiling"]["availableLevels"]);
+  };
+  EXPECT_EQ(levels(fetch("terrain3d/tileset.json")), (std::pair{kFinest + 1, kFinest + 1}));
+  const SomeTiles east({kFinest, 130, 80}, {kFinest, 131, 80}, hills());
+  EXPECT_EQ(levels(east.fetch("terrain3d/tileset.json")), (std::pair{1, kFinest + 1}));
+  EXPECT_FALSE(east.fetch("terrain3d/W/1/0/0.glb")) << "level 0 alone is there without data";
+}
+
 TEST(TerrainTileset, HasTwoRootsAndTheSemanticsThatTheProviderReads) {
   const Json json = Json::parse(fetch("terrain3d/tileset.json")->bytes);
   ASSERT_EQ(json["root"]["children"].size(), 2U);

@@ -1,5 +1,6 @@
 #include "pipeline/faces/quantized_mesh/terrain_tileset.h"
 
+#include <algorithm>
 #include <array>
 #include <numbers>
 
@@ -34,7 +35,20 @@ Json schema() {
   return {{"id", "cordillera_terrain"}, {"classes", {{"tile", {{"properties", properties}}}}}};
 }
 
-Json root_of(const proto::Manifest& manifest, char hemisphere) {
+/// The finest level that has something of the dataset at or below a tile. Where data is there are seldom fewer levels than
+/// elsewhere, so the first way down mostly tells.
+int finest_below(const GeodeticGrid& grid, const proto::TileAddress& tile) {
+  int finest = tile.z;
+  if (finest == grid.finest()) return finest;
+  const int z = tile.z + 1;
+  for (const TileExtent& node : grid.terrain().store().extents(z, 2 * tile.x, 2 * tile.y, 2 * tile.x + 1, 2 * tile.y + 1)) {
+    finest = std::max(finest, finest_below(grid, node.tile));
+    if (finest == grid.finest()) break;
+  }
+  return finest;
+}
+
+Json root_of(const Terrain& terrain, char hemisphere) {
   const double west = hemisphere == 'W' ? -std::numbers::pi : 0;
   const std::string side(1, hemisphere);
   Json out;
@@ -45,25 +59,30 @@ Json root_of(const proto::Manifest& manifest, char hemisphere) {
   out["content"] = {{"uri", side + "/{level}/{x}/{y}.glb"}};
   out["implicitTiling"] = {{"subdivisionScheme", "QUADTREE"},
                            {"subtreeLevels", kTerrainSubtreeLevels},
-                           {"availableLevels", manifest.max_level() + 1},
+                           {"availableLevels", finest_below(GeodeticGrid(terrain), *absolute_tile(hemisphere, 0, 0, 0)) + 1},
                            {"subtrees", {{"uri", "subtrees/" + side + "/{level}/{x}/{y}.subtree"}}}};
   return out;
 }
 
-proto::Result<std::optional<Document>> tileset(const Terrain& terrain, const Place&) {
+std::string tileset_json(const Terrain& terrain) {
   const proto::Manifest& manifest = terrain.manifest();
   Json root;
   root["boundingVolume"] = {{"region", Json::array({-std::numbers::pi, -std::numbers::pi / 2, std::numbers::pi,
                                                     std::numbers::pi / 2, -proto::kMaxHeight_m, proto::kMaxHeight_m})}};
   root["geometricError"] = 2 * kLevelZeroError_m;
   root["refine"] = "REPLACE";
-  root["children"] = Json::array({root_of(manifest, 'W'), root_of(manifest, 'E')});
+  root["children"] = Json::array({root_of(terrain, 'W'), root_of(terrain, 'E')});
   Json out;
   out["asset"] = tileset_asset(manifest);
   out["schema"] = schema();
   out["geometricError"] = 2 * kLevelZeroError_m;
   out["root"] = std::move(root);
-  return std::optional(document(out.dump(1, ' ', false, Json::error_handler_t::replace)));
+  return out.dump(1, ' ', false, Json::error_handler_t::replace);
+}
+
+proto::Result<std::optional<Document>> tileset(const Terrain& terrain, const Place&) {
+  return terrain.kept("terrain3d/tileset.json",
+                      [&]() -> proto::Result<std::optional<Document>> { return std::optional(document(tileset_json(terrain))); });
 }
 
 std::optional<proto::TileAddress> at(const Terrain& terrain, const Place& place) {
