@@ -61,9 +61,14 @@ std::string pixel_encoding(const faces::Terrain& terrain, const faces::Face& fac
   return json.contains("encoding") && json["encoding"].is_string() ? json["encoding"].get<std::string>() : "";
 }
 
-Json vector_layers(const faces::Terrain& terrain, const faces::Face& face) {
+Json vector_layers(const faces::Terrain& terrain, const faces::Face& face, int least, int most) {
   const Json json = entry_of(terrain, face);
-  return json.contains("vector_layers") ? json["vector_layers"] : Json::array();
+  Json layers = json.contains("vector_layers") ? json["vector_layers"] : Json::array();
+  for (Json& layer : layers) {
+    layer["minzoom"] = least;
+    layer["maxzoom"] = most;
+  }
+  return layers;
 }
 
 std::string format_name(const faces::Resource& tiles) {
@@ -72,7 +77,7 @@ std::string format_name(const faces::Resource& tiles) {
 
 std::string layer_type(const faces::Resource& tiles) { return tiles.type == faces::kVectorTile ? "overlay" : "baselayer"; }
 
-std::string archive_metadata(const faces::Terrain& terrain, const faces::Face& face) {
+std::string archive_metadata(const faces::Terrain& terrain, const faces::Face& face, int least, int most) {
   const proto::Manifest& manifest = terrain.manifest();
   const faces::Resource& tiles = *tiles_of(face);
   Json json;
@@ -87,7 +92,7 @@ std::string archive_metadata(const faces::Terrain& terrain, const faces::Face& f
   json["tile_matrix_set"] = square_matrix_set(tiles.grid);
   json["address_rule"] = address_rule(tiles.grid);
   if (const std::string encoding = pixel_encoding(terrain, face); !encoding.empty()) json["encoding"] = encoding;
-  if (tiles.type == faces::kVectorTile) json["vector_layers"] = vector_layers(terrain, face);
+  if (tiles.type == faces::kVectorTile) json["vector_layers"] = vector_layers(terrain, face, least, most);
   json["manifest"] = Json::parse(manifest_json(manifest));
   return json.dump();
 }

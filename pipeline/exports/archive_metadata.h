@@ -33,8 +33,9 @@ std::string title_of(const proto::Manifest& manifest);
 /// nothing.
 std::string pixel_encoding(const faces::Terrain& terrain, const faces::Face& face);
 
-/// What a client is told of layers of vector tiles, as TileJSON has it; an empty list for other tiles.
-Json vector_layers(const faces::Terrain& terrain, const faces::Face& face);
+/// What a client is told of layers of vector tiles, as TileJSON has it, with the zooms that the archive has; an empty list for
+/// other tiles.
+Json vector_layers(const faces::Terrain& terrain, const faces::Face& face, int least, int most);
 
 /// How readers know a format: "pbf" for vector tiles, as the specification of MBTiles has it; the ending of their paths for
 /// others.
@@ -42,7 +43,8 @@ std::string format_name(const faces::Resource& tiles);
 /// "overlay" for what a map lies under, "baselayer" for the rest.
 std::string layer_type(const faces::Resource& tiles);
 
-/// The JSON of a PMTiles archive: title, attribution, which tiles these are, how their addresses count, and the whole manifest.
-std::string archive_metadata(const faces::Terrain& terrain, const faces::Face& face);
+/// The JSON of a PMTiles archive from one zoom to another: title, attribution, which tiles these are, how their addresses count,
+/// and the whole manifest.
+std::string archive_metadata(const faces::Terrain& terrain, const faces::Face& face, int least, int most);
 
 }  // namespace cordillera::pipeline::exports

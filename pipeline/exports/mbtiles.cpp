@@ -83,7 +83,8 @@ void write_metadata(const faces::Terrain& terrain, const faces::Face& face, Zoom
   say("type", layer_type(tiles));
   say("version", "1");
   say("encoding", pixel_encoding(terrain, face));
-  if (tiles.type == faces::kVectorTile) say("json", Json{{"vector_layers", vector_layers(terrain, face)}}.dump());
+  if (tiles.type == faces::kVectorTile)
+    say("json", Json{{"vector_layers", vector_layers(terrain, face, least, zooms.most)}}.dump());
 }
 
 }  // namespace

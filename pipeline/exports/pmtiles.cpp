@@ -141,7 +141,7 @@ void write(const faces::Terrain& terrain, const faces::Face& face, const Archive
   waiting.close();
   ask(bounds.bytes, all.bytes);
   const PmtilesDirectories directories = pmtiles_directories(all.entries);
-  const std::string metadata = gzip(archive_metadata(terrain, face));
+  const std::string metadata = gzip(archive_metadata(terrain, face, all.least_zoom, all.most_zoom));
   std::ofstream out = opened(sibling);
   append(out, header(tiles, all, directories, metadata.size(), terrain.manifest()));
   for (const std::string* part : {&directories.root, &metadata, &directories.leaves}) append(out, *part);

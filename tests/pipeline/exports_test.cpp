@@ -11,6 +11,7 @@
 
 #include "pipeline/encode/json.h"
 #include "pipeline/exports/archive_3tz.h"
+#include "pipeline/exports/archive_metadata.h"
 #include "pipeline/exports/hilbert.h"
 #include "pipeline/exports/mbtiles.h"
 #include "pipeline/exports/mesh/mesh_extract.h"
@@ -127,6 +128,12 @@ TEST(Pmtiles, OfContoursAreVectorTilesWithTheirLayers) {
   EXPECT_EQ(reader.byte(99), 1) << "MVT";
   const Json metadata = Json::parse(reader.metadata());
   EXPECT_EQ(metadata["vector_layers"][0]["id"], "contours");
+  EXPECT_EQ(metadata["vector_layers"][0]["minzoom"], reader.byte(100)) << "as the header has it";
+  EXPECT_EQ(metadata["vector_layers"][0]["maxzoom"], reader.byte(101));
+  // Where zoom 0 has no line, the archive begins at another one than the TileJSON.
+  const Json later = vector_layers(archived_dataset().terrain(), *faces::face_named("contours"), 2, 3);
+  EXPECT_EQ(later[0]["minzoom"], 2);
+  EXPECT_EQ(later[0]["maxzoom"], 3);
   EXPECT_EQ(metadata["format"], "pbf");
 }
 
@@ -192,7 +199,12 @@ TEST(Mbtiles, HoldsThePicturesWithRowsFromTheSouth) {
     EXPECT_EQ(said["format"], vectors ? "pbf" : tiles.path.substr(tiles.path.rfind('.') + 1));
     EXPECT_EQ(said["type"], vectors ? "overlay" : "baselayer");
     EXPECT_EQ(said.contains("json"), vectors);
-    if (vectors) { EXPECT_EQ(Json::parse(said["json"])["vector_layers"][0]["id"], "contours"); }
+    if (vectors) {
+      const Json layer = Json::parse(said["json"])["vector_layers"][0];
+      EXPECT_EQ(layer["id"], "contours");
+      EXPECT_EQ(layer["minzoom"].dump(), said["minzoom"]);
+      EXPECT_EQ(layer["maxzoom"].dump(), said["maxzoom"]);
+    }
     EXPECT_EQ(said["maxzoom"], sqlite_rows(file, "SELECT max(zoom_level) FROM map")[0][0]);
     const int look_from = std::stoi(said["center"].substr(said["center"].rfind(',') + 1));
     EXPECT_GE(look_from, std::stoi(said["minzoom"]));
