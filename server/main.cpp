@@ -7,7 +7,7 @@
 
 namespace {
 
-/// std::regex, which the HTTP library uses too, asks for these tables, and libstdc++ fills them at their first use without a lock
+/// std::regex, which the HTTP library uses, asks for these tables, and libstdc++ fills them at their first use without a lock
 /// (its bug 77704): to be called before the first thread.
 void fill_tables_of_letters() {
   const auto& letters = std::use_facet<std::ctype<char>>(std::locale());
