@@ -115,7 +115,7 @@ TEST(Conditions, TellNobodyWhichPrivateDatasetsThereAre) {
     request.headers = headers;
     return test.api().handle(request).status;
   };
-  for (const std::string path : {base, std::string("/v1/datasets/none")}) EXPECT_EQ(status("GET", path, {}), 404) << path;
+  for (const std::string& path : {base, std::string("/v1/datasets/none")}) EXPECT_EQ(status("GET", path, {}), 404) << path;
   for (const char* method : {"DELETE", "PATCH"}) {
     EXPECT_EQ(status(method, base, {}), status(method, "/v1/datasets/none", {})) << method;
     EXPECT_EQ(status(method, base, {{"authorization", "Bearer " + writer.token}}), 403) << "who may not is told that";
