@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdio>
 #include <utility>
 
 #include "pipeline/build/water_build.h"
 #include "pipeline/encode/encode.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/store/water_mask.h"
+#include "pipeline/tile/tile_error.h"
 #include "proto/ellipsoid.h"
 #include "proto/lattice.h"
 #include "proto/utf8.h"
@@ -58,6 +60,18 @@ std::optional<std::string> note_on_voids(const std::vector<raster::MosaicMember>
 
 namespace {
 
+/// Where somebody asks for less than the points of .glb tiles can tell.
+std::string note_on_rounding(const proto::Plan& plan) {
+  const proto::LevelPlan& finest = plan.levels(0);
+  if (!plan.promise() || finest.target() >= rounding_m(finest)) return "";
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "an error of %.3g m is less than the rounding of .glb points on tiles as wide as these, some %.2g m: what came "
+                "out is stated",
+                finest.target(), rounding_m(finest));
+  return text;
+}
+
 /// A sparse file may have left out zeros, or what was never written.
 std::string note_on_unstored(const proto::Manifest& manifest, const std::string& voids) {
   const auto lacks_blocks = [](const proto::Source& source) { return source.nodata() == raster::kUnstoredBlocks; };
@@ -102,6 +116,7 @@ proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& p
   *manifest.mutable_notes() = request.options.warnings();
   if (std::string why = why_waves(plan); !why.empty()) manifest.add_notes(std::move(why));
   if (auto note = note_on_voids(request.members)) manifest.add_notes(std::move(*note));
+  if (std::string note = note_on_rounding(plan); !note.empty()) manifest.add_notes(std::move(note));
   if (std::string note = note_on_mask(request.options, source); !note.empty()) manifest.add_notes(std::move(note));
   if (std::string note = note_on_unstored(manifest, request.options.voids()); !note.empty()) manifest.add_notes(std::move(note));
   *manifest.mutable_options() = effective(request, plan, source, machine);

@@ -29,6 +29,12 @@ void PixelErrorSum::add(const proto::PixelErrors& tile) {
     counts_[std::min<std::size_t>(tile.first() + static_cast<std::size_t>(k), kSteps - 1)] += tile.counts(k);
 }
 
+double PixelErrorSum::beyond(double limit_m) const {
+  double pixels = 0;
+  for (std::size_t step = pixel_error_step(limit_m) + std::size_t{1}; step < kSteps; ++step) pixels += counts_[step];
+  return pixels;
+}
+
 proto::ErrorAtPixels PixelErrorSum::total() const {
   proto::ErrorAtPixels out;
   out.set_max(max_);

@@ -17,6 +17,8 @@ class PixelErrorSum {
   void add(const proto::PixelErrors& tile);
   bool empty() const { return pixels_ == 0; }
   proto::ErrorAtPixels total() const;
+  /// How many are farther off than a limit, but for those in the step that it lies in.
+  double beyond(double limit_m) const;
 
  private:
   static constexpr std::size_t kSteps = 512;

@@ -13,6 +13,7 @@
 #include "proto/degrees.h"
 #include "proto/lattice.h"
 #include "proto/mesh.h"
+#include "raster/sample/back_projection.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -135,6 +136,18 @@ void note_filled(double share, proto::Manifest& manifest) {
   if (std::find(notes.begin(), notes.end(), text) == notes.end()) manifest.add_notes(text);
 }
 
+/// The target holds at samples. Where pixels were to be met, and some are far from it all the same, that is said.
+void note_pixels(const PixelErrorSum& pixels, double target_m, proto::Manifest& manifest) {
+  constexpr double kFar = 1.25;
+  const proto::ErrorAtPixels& errors = manifest.source().error_at_pixels();
+  if (manifest.options().pixels() != raster::kExactPixels || !(errors.max() > kFar * target_m)) return;
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "%.0f of %.0f pixels are farther from the finest level than its target of %.3g m, the farthest %.4g m",
+                std::max(1.0, pixels.beyond(target_m)), errors.pixels(), target_m, errors.max());
+  manifest.add_notes(text);
+}
+
 /// The raster's words and what was used in their place. Of several rasters each pair once.
 void note_datum(const proto::Source& source, proto::Manifest& manifest) {
   const std::string &declared = source.vertical_datum_declared(), &used = source.vertical_datum();
@@ -161,7 +174,8 @@ void summarise(Database& database, const proto::Plan& plan, proto::Manifest& man
   // A provisional dataset that becomes sharper: its finest level is there in part, and says nothing of the whole.
   const bool sharper = manifest.provisional() && manifest.bounds_size() == kBounds;
   // Once, when it is published first: a check sums up what is there, and what earlier versions published has no such note.
-  if (manifest.levels_size() == 0) note_datums(manifest);
+  const bool first = manifest.levels_size() == 0;
+  if (first) note_datums(manifest);
   manifest.clear_levels();
   double geometric_error = 0, triangles = 0, tiles = 0;
   const proto::LevelSummary* finest = nullptr;
@@ -183,6 +197,7 @@ void summarise(Database& database, const proto::Plan& plan, proto::Manifest& man
   }
   if (finest == nullptr) throw NothingToPublish();
   if (!sharper && !pixels.empty()) *manifest.mutable_source()->mutable_error_at_pixels() = pixels.total();
+  if (first && !sharper && !pixels.empty() && plan.promise()) note_pixels(pixels, plan.levels(0).target(), manifest);
   if (sharper) {
     manifest.set_bounds(4, std::min(manifest.bounds(4), finest->min_height()));
     manifest.set_bounds(5, std::max(manifest.bounds(5), finest->max_height()));

@@ -49,7 +49,15 @@ std::vector<std::uint32_t> in_either(const std::vector<std::uint32_t>& a, const 
   return all;
 }
 
-double limit_of(const LevelContext& context) { return context.level->target() - gpu::kGrace_m; }
+double rounding_m(const proto::LevelPlan& level) {
+  // A point moves by half of a cube's diagonal at the most. On a slope it counts for more.
+  constexpr double kSteps = 1.25, kHalf = 0.5;
+  return kSteps * level.ecef_step() + kHalf * height_step(level) * proto::kHeightStep_m;
+}
+
+double limit_of(const LevelContext& context) {
+  return std::max(context.level->target() - gpu::kGrace_m, rounding_m(*context.level));
+}
 
 gpu::SurfaceErrorInput surface_input(const LevelContext& context, const BuiltTile& built) {
   gpu::SurfaceErrorInput input;
@@ -64,7 +72,7 @@ gpu::SurfaceErrorInput surface_input(const LevelContext& context, const BuiltTil
 
 std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built, double limit_m, gpu::SurfaceMemory& memory) {
   const gpu::SurfaceErrorInput input = surface_input(context, built);
-  limit_m -= gpu::kGrace_m;
+  limit_m = std::max(limit_m - gpu::kGrace_m, rounding_m(*context.level));
   const gpu::Upright upright = upright_of(context, built);
   const std::int32_t step = height_step(*context.level);
   const gpu::SampleMeter samples(input, step);

@@ -18,14 +18,19 @@ inline constexpr std::size_t kMostLeftOver = 16;
 /// Two ascending lists of triangles as one.
 std::vector<std::uint32_t> in_either(const std::vector<std::uint32_t>& a, const std::vector<std::uint32_t>& b);
 
-/// The level's target, less what is added to every error that is stated.
+/// What the rounding of points and heights alone may make of an error on ground that is not steep, metres. No vertex and no other
+/// edge lessens it; where triangles that have no more were refined, edges were turned for nothing, into needles that lie between
+/// samples and far from pixels.
+double rounding_m(const proto::LevelPlan& level);
+
+/// The level's target, less what is added to every error that is stated; but never below rounding_m().
 double limit_of(const LevelContext& context);
 
 /// A tile, and the samples that it is measured against.
 gpu::SurfaceErrorInput surface_input(const LevelContext& context, const BuiltTile& built);
 
-/// Against every finest sample; what exceeds the limit is refined. Returns the triangles that are still over it. memory: of the
-/// tile at that limit.
+/// Against every finest sample; what exceeds the limit, and rounding_m(), is refined. Returns the triangles that are still over
+/// it. memory: of the tile at that limit.
 std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built, double limit_m, gpu::SurfaceMemory& memory);
 
 /// Against finer surfaces, whose own errors are known. Returns the triangles that are still over the limit.

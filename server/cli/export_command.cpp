@@ -167,7 +167,7 @@ proto::Result<void> check_export(const ExportLine& line) {
                      "--threads"};
     }
     if (!line.format.empty()) {
-      return Problem{"usage", "--format is for archives: the file's name says what mesh it is", ".pmtiles, .mbtiles or .3tz",
+      return Problem{"usage", "formats are for archives: the file's name says what mesh it is", ".pmtiles, .mbtiles or .3tz",
                      "--format"};
     }
     if (look != nullptr)

@@ -41,6 +41,7 @@ std::optional<proto::Problem> refuse_closed(const std::string& path, const std::
 }
 
 bool means_another_file(const std::string& output) {
+  if (output == "-") return true;  // what other programs write to
   const std::string extension = raster::extension_of(output);
   const bool is_ending = std::find(std::begin(kFileEndings), std::end(kFileEndings), extension) != std::end(kFileEndings);
   return !std::filesystem::is_directory(output) && (is_ending || raster::is_raster_extension(extension));

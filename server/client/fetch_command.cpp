@@ -228,7 +228,8 @@ int fetch_command(const FetchLine& line) {
   if (!wanted) return tell(wanted.problem(), line.show);
   const fs::path output = line.output;
   std::error_code error;
-  const bool file = line.what.size() == 1 && output.has_filename() && !fs::is_directory(output, error);
+  const bool one = line.what.size() == 1 || (line.middle && output.has_extension());
+  const bool file = one && output.has_filename() && !fs::is_directory(output, error);
   Fetching fetch(*place, line, std::move(*wanted));
   const fs::path folder = !file ? output : output.has_parent_path() ? output.parent_path() : fs::path(".");
   const auto fetched = fetch.into(folder, file ? output.filename().string() : "", connections);

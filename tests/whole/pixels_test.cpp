@@ -53,6 +53,27 @@ Built built_with(const std::string& pixels, const std::string& strategy, const H
   return build_dem(dem, options);
 }
 
+/// Where tiles are so wide that points of a .glb have steps of centimetres, no edge is turned for what these alone make of
+/// errors.
+TEST(AtPixels, an_error_below_rounding_does_no_harm) {
+  for (const char* strategy : {"exact", "waves"}) {
+    SCOPED_TRACE(strategy);
+    const auto farthest_m = [&](double error_m) {
+      Dem dem = cells_of({7, 140 * 256 + 37, 96 * 256 + 91}, 90, 80, rough(4));
+      dem.level.reset();
+      proto::BuildOptions options = with_error(error_m);
+      options.set_strategy(strategy);
+      const Built built = build_dem(dem, options);
+      std::string notes;
+      for (const std::string& note : built.manifest.notes()) notes += note;
+      EXPECT_EQ(notes.find("less than the rounding of .glb points") != notes.npos, error_m < 0.05) << notes;
+      return built.manifest.source().error_at_pixels().max();
+    };
+    EXPECT_LE(farthest_m(0.1), 0.1);
+    EXPECT_LE(farthest_m(0.01), 0.1) << "what is asked for more is no worse";
+  }
+}
+
 /// Those of a user who gives none.
 proto::BuildOptions default_options() {
   proto::BuildOptions options;

@@ -276,17 +276,17 @@ std::vector<BuiltTile> tiles_of_block(const proto::Plan& plan, const BlockPlace&
 }
 
 double measure_exact(const LevelContext& context, BuiltTile& tile, gpu::SurfaceMemory& memory) {
-  const double target_m = context.level->target();
-  tile.measured = gpu::surface_error(surface_input(context, tile), limit_of(context), memory);
+  const double limit_m = limit_of(context);
+  tile.measured = gpu::surface_error(surface_input(context, tile), limit_m, memory);
   tile.max_error_m = tile.measured.max_m + gpu::kGrace_m;
   const gpu::Upright upright({context.lattice, tile.tile, tile.mesh.side, ecef_steps(*context.level)});
   if (context.promise && (!tile.measured.over_limit.empty() || !gpu::turned_triangles(upright, tile.mesh).empty())) {
     // Steep walls meet rounded points, and needles the earth's curve: vertices go in there, away from the tile's sides.
     LevelContext put_back = context;
     put_back.height_rounds = -1;
-    measure(put_back, tile, target_m, memory);
+    measure(put_back, tile, context.level->target(), memory);
   }
-  return std::max(0.0, tile.max_error_m - target_m);
+  return std::max(0.0, tile.max_error_m - gpu::kGrace_m - limit_m);
 }
 
 void hand_up_exact(const LevelContext& context, const std::vector<BuiltTile>& children, BuiltTile& tile) {
