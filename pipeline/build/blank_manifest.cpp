@@ -11,6 +11,7 @@
 #include "pipeline/store/water_mask.h"
 #include "pipeline/tile/tile_error.h"
 #include "proto/ellipsoid.h"
+#include "proto/integers.h"
 #include "proto/lattice.h"
 #include "proto/utf8.h"
 #include "raster/pixels/decimation.h"
@@ -63,12 +64,20 @@ namespace {
 /// Where somebody asks for less than the points of .glb tiles can tell.
 std::string note_on_rounding(const proto::Plan& plan) {
   const proto::LevelPlan& finest = plan.levels(0);
-  if (!plan.promise() || finest.target() >= rounding_m(finest)) return "";
+  const proto::Lattice lattice = lattice_of(plan);
+  const auto middle = [&](int side, std::int64_t circle) {
+    const std::int64_t at = (std::int64_t{plan.window(side)} + plan.window(side + 2)) / 2;
+    return static_cast<std::int32_t>(proto::modulo(at, circle) / lattice.tile_units(lattice.finest_level));
+  };
+  const double rounding =
+      rounding_m(finest, lattice, {lattice.finest_level, middle(0, lattice.columns()), middle(1, lattice.rows())});
+  if (!plan.promise() || finest.target() >= rounding) return "";
   char text[200];
-  std::snprintf(text, sizeof text,
-                "an error of %.3g m is less than the rounding of .glb points on tiles as wide as these, some %.2g m: what came "
-                "out is stated",
-                finest.target(), rounding_m(finest));
+  std::snprintf(
+      text, sizeof text,
+      "an error of %.3g m is less than the rounding of .glb points on tiles as wide as these, some %.2g m: what came out "
+      "is stated",
+      finest.target(), rounding);
   return text;
 }
 

@@ -28,6 +28,9 @@ constexpr std::int64_t kStripRows = 128, kMostStripRows = 320, kPieceColumns = 2
 constexpr double kReadShare = 0.2,
                  kFinestShare = 0.75;  // of a block's time, until its samples are read and its finest level is built
 
+/// Meshes of waves begin with many triangles over a limit that is near rounding. Edges are turned for all of them.
+constexpr double kLeastLimitOfWaves = 2.1;
+
 /// What a quality is to gpu::thin.
 int height_rounds(const proto::BuildOptions& options) {
   return options.quality() == "fast" ? -1 : options.quality() == "best" ? 2 : 0;
@@ -295,6 +298,7 @@ proto::Result<FinishedTask> Builder::tiles_of_block(const proto::TileAddress& no
     context.rim_reach = rim_reach(lattice_, node.z);
     context.merges_above = z == node.z && z > static_cast<int>(plan_.min_level());
     context.height_rounds = height_rounds(plan_.options());
+    context.least_limit = kLeastLimitOfWaves;
     context.sparse_start = strategy_of(plan_) == gpu::kStrategies.front();
     const std::vector<proto::TileAddress> addresses = touched_tiles(plan_, z, node);
     const bool finest = z == lattice_.finest_level;

@@ -268,7 +268,7 @@ std::vector<raster::PixelPoint> pixels_of(const proto::Lattice& lattice, const p
 
 MetPixels meet_pixels(const LevelContext& context, BuiltTile& built, TilePixels& pixels, gpu::SurfaceMemory& memory) {
   if (pixels.crowd()) return {};
-  const double limit_m = limit_of(context);
+  const double limit_m = limit_of(context, built.tile);
   std::vector<std::uint32_t> over = pixels.triangles_over(built.mesh, limit_m);
   if (over.empty()) return {};
   const gpu::SurfaceErrorInput input = surface_input(context, built);

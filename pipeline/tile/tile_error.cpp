@@ -14,6 +14,7 @@
 #include "pipeline/bound/composed_error.h"
 #include "pipeline/bound/loose.h"
 #include "pipeline/plan/plan.h"
+#include "proto/degrees.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -49,14 +50,24 @@ std::vector<std::uint32_t> in_either(const std::vector<std::uint32_t>& a, const 
   return all;
 }
 
-double rounding_m(const proto::LevelPlan& level) {
-  // A point moves by half of a cube's diagonal at the most. On a slope it counts for more.
-  constexpr double kSteps = 1.25, kHalf = 0.5;
-  return kSteps * level.ecef_step() + kHalf * height_step(level) * proto::kHeightStep_m;
+double rounding_m(const proto::LevelPlan& level, const proto::Lattice& lattice, const proto::TileAddress& tile) {
+  // A coordinate moves by half of a step at the most, and counts as far as the normal leans that way.
+  constexpr double kHalf = 0.5;
+  const std::int64_t units = lattice.tile_units(tile.z);
+  double lean = 0;
+  for (int k = 0; k < 9; ++k) {
+    const double latitude = lattice.latitude_deg(lattice.south(tile) + units * (k / 3) / 2) * proto::kDegree,
+                 longitude = lattice.longitude_deg(lattice.west(tile) + units * (k % 3) / 2) * proto::kDegree;
+    lean = std::max(lean, std::abs(std::cos(latitude)) * (std::abs(std::cos(longitude)) + std::abs(std::sin(longitude))) +
+                              std::abs(std::sin(latitude)));
+  }
+  return kHalf * level.ecef_step() * lean + kHalf * height_step(level) * proto::kHeightStep_m;
 }
 
-double limit_of(const LevelContext& context) {
-  return std::max(context.level->target() - gpu::kGrace_m, rounding_m(*context.level));
+double limit_of(const LevelContext& context) { return context.level->target() - gpu::kGrace_m; }
+double limit_of(const LevelContext& context, const proto::TileAddress& tile) {
+  const double limit_m = limit_of(context), rounding = rounding_m(*context.level, *context.lattice, tile);
+  return limit_m >= kNearRounding * rounding ? limit_m : context.least_limit * rounding;
 }
 
 gpu::SurfaceErrorInput surface_input(const LevelContext& context, const BuiltTile& built) {
@@ -72,7 +83,7 @@ gpu::SurfaceErrorInput surface_input(const LevelContext& context, const BuiltTil
 
 std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built, double limit_m, gpu::SurfaceMemory& memory) {
   const gpu::SurfaceErrorInput input = surface_input(context, built);
-  limit_m = std::max(limit_m - gpu::kGrace_m, rounding_m(*context.level));
+  limit_m = std::max(limit_m - gpu::kGrace_m, context.promise ? limit_of(context, built.tile) : 0);
   const gpu::Upright upright = upright_of(context, built);
   const std::int32_t step = height_step(*context.level);
   const gpu::SampleMeter samples(input, step);

@@ -18,13 +18,15 @@ inline constexpr std::size_t kMostLeftOver = 16;
 /// Two ascending lists of triangles as one.
 std::vector<std::uint32_t> in_either(const std::vector<std::uint32_t>& a, const std::vector<std::uint32_t>& b);
 
-/// What the rounding of points and heights alone may make of an error on ground that is not steep, metres. No vertex and no other
-/// edge lessens it; where triangles that have no more were refined, edges were turned for nothing, into needles that lie between
-/// samples and far from pixels.
-double rounding_m(const proto::LevelPlan& level);
+/// What the rounding of points and heights alone may make of an error along the normal, on ground that is not steep, metres. No
+/// vertex and no other edge lessens it; where triangles that have no more were refined, edges were turned for nothing, into
+/// needles that lie between samples and far from pixels.
+double rounding_m(const proto::LevelPlan& level, const proto::Lattice& lattice, const proto::TileAddress& tile);
 
-/// The level's target, less what is added to every error that is stated; but never below rounding_m().
+/// The level's target, less what is added to every error that is stated.
 double limit_of(const LevelContext& context);
+/// The same of a tile; where that is near rounding_m(), least_limit times it.
+double limit_of(const LevelContext& context, const proto::TileAddress& tile);
 
 /// A tile, and the samples that it is measured against.
 gpu::SurfaceErrorInput surface_input(const LevelContext& context, const BuiltTile& built);

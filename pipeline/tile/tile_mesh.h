@@ -38,6 +38,9 @@ struct BuiltTile {
   std::optional<Surface> finer{};  ///< its children's, likewise
 };
 
+/// A limit that is less than so many times what rounding may make of an error is none: edges would be turned for that alone.
+inline constexpr double kNearRounding = 1.35;
+
 /// What every tile of a level shares.
 struct LevelContext {
   const proto::Lattice* lattice = nullptr;
@@ -49,6 +52,7 @@ struct LevelContext {
   bool sparse_start = true;                 ///< a promised tile may start without what it would hardly keep
   int height_rounds = 0;                    ///< see gpu::Thinning; below 0: nothing is thinned
   std::int64_t rim_reach = 0;  ///< units that samples reach beyond the block, see pipeline::rim_reach; 0: that of the level
+  double least_limit = kNearRounding;         ///< the limit in place of one nearer to rounding, see limit_of
   const gpu::SampleFrames* frames = nullptr;  ///< of samples, where more than one tile will be measured
   const SampleCounts* counts = nullptr;       ///< of samples, where tiles will be encoded
 };

@@ -157,12 +157,12 @@ std::size_t ErrorStatement::pieces() const { return (steep_.size() + kPiece - 1)
 
 void ErrorStatement::measure(std::size_t piece) {
   for (std::size_t k = piece * kPiece; k < std::min(steep_.size(), (piece + 1) * kPiece); ++k)
-    error_m_[k] = known_.error_m(corners_of(tile_.mesh, steep_[k]), limit_of(context_));
+    error_m_[k] = known_.error_m(corners_of(tile_.mesh, steep_[k]), limit_of(context_, tile_.tile));
 }
 
 void ErrorStatement::put_back() {
   const gpu::EcefSteps steps = ecef_steps(*context_.level);
-  const double limit_m = limit_of(context_);
+  const double limit_m = limit_of(context_, tile_.tile);
   const gpu::Upright upright({context_.lattice, tile_.tile, tile_.mesh.side, steps});
   tile_.composed = true;
   const auto [low_m, high_m] = gpu::height_range_m(tile_.mesh);

@@ -276,7 +276,7 @@ std::vector<BuiltTile> tiles_of_block(const proto::Plan& plan, const BlockPlace&
 }
 
 double measure_exact(const LevelContext& context, BuiltTile& tile, gpu::SurfaceMemory& memory) {
-  const double limit_m = limit_of(context);
+  const double limit_m = limit_of(context, tile.tile);
   tile.measured = gpu::surface_error(surface_input(context, tile), limit_m, memory);
   tile.max_error_m = tile.measured.max_m + gpu::kGrace_m;
   const gpu::Upright upright({context.lattice, tile.tile, tile.mesh.side, ecef_steps(*context.level)});
