@@ -1,5 +1,6 @@
 #include "pipeline/build/water_build.h"
 
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -18,8 +19,6 @@ using proto::Problem;
 using proto::TileAddress;
 
 namespace {
-
-using Masks = std::map<TileAddress, WaterPixels>;
 
 /// Its values are flags: no datum is to be added to them, and no geoid grid needed.
 proto::Result<std::unique_ptr<raster::Source>> open_mask(const std::string& path) {
@@ -50,45 +49,21 @@ proto::Result<WaterPixels> pixels_of(const proto::BuildOptions& options, const T
   std::vector<double> value(longitude.size());
   if (auto read = source.nearest(longitude, latitude, value.data()); !read.ok()) return read.problem();
   WaterPixels out(value.size());
-  bool any = false;
-  for (std::size_t k = 0; k < out.size(); ++k) {
-    out[k] = is_water(options, value[k]) ? kWater : 0;
-    any |= out[k] != 0;
-  }
-  if (!any) out.clear();
+  for (std::size_t k = 0; k < out.size(); ++k) out[k] = is_water(options, value[k]) ? kWater : 0;
   return out;
 }
 
-Masks parents(const Masks& masks) {
-  Masks out;
-  for (const auto& [tile, pixels] : masks) {
-    const TileAddress parent = tile.parent();
-    if (out.contains(parent)) continue;
-    std::array<const WaterPixels*, 4> children{};
-    for (std::size_t c = 0; c < 4; ++c) {
-      const auto child = masks.find(parent.child(static_cast<int>(c)));
-      if (child != masks.end()) children[c] = &child->second;
-    }
-    out[parent] = coarser_water(children);
-  }
-  return out;
-}
-
-void add_rows(const Masks& masks, std::vector<TileWater>& rows) {
-  for (const auto& [tile, pixels] : masks) {
-    std::string packed = pack_water(pixels);
-    if (!packed.empty()) rows.push_back({tile, std::move(packed)});
-  }
-}
-
-/// A level's packed masks from those of the one below.
-std::vector<TileWater> packed_parents(const std::vector<TileWater>& below) {
-  std::map<TileAddress, std::array<WaterPixels, 4>> children;
-  for (const auto& [tile, packed] : below)
-    children[tile.parent()][static_cast<std::size_t>((tile.x & 1) + 2 * (tile.y & 1))] = unpack_water(packed);
+/// A level's masks from those of the one below, a tile after the other: unpacked they are large.
+std::vector<TileWater> parents(const std::vector<TileWater>& below) {
+  std::map<TileAddress, std::array<const TileWater*, 4>> children;
+  for (const TileWater& mask : below)
+    children[mask.tile.parent()][static_cast<std::size_t>((mask.tile.x & 1) + 2 * (mask.tile.y & 1))] = &mask;
   std::vector<TileWater> out;
   for (const auto& [tile, four] : children) {
-    std::string packed = pack_water(coarser_water({&four[0], &four[1], &four[2], &four[3]}));
+    std::array<WaterPixels, 4> pixels;
+    for (std::size_t c = 0; c < 4; ++c)
+      if (four[c] != nullptr) pixels[c] = unpack_water(four[c]->packed);
+    std::string packed = pack_water(coarser_water({&pixels[0], &pixels[1], &pixels[2], &pixels[3]}));
     if (!packed.empty()) out.push_back({tile, std::move(packed)});
   }
   return out;
@@ -129,29 +104,28 @@ proto::Result<std::vector<TileWater>> BlockWater::of(const TileAddress& block) {
   WorkerSources& sources = options.has_water() ? heights_ : mask_;
   const int finest = static_cast<int>(plan_.finest_level());
   const std::vector<TileAddress> tiles = touched_tiles(plan_, finest, block);
-  std::vector<WaterPixels> found(tiles.size());
+  std::vector<std::string> found(tiles.size());
   std::mutex mutex;
   std::optional<Problem> problem;
   workers_.each(tiles.size(), [&](std::size_t k, unsigned worker) {
     const auto source = sources.of(worker);
-    auto pixels = source.ok() ? pixels_of(options, tiles[k], **source) : source.problem();
+    const auto pixels = source.ok() ? pixels_of(options, tiles[k], **source) : source.problem();
     if (pixels.ok()) {
-      found[k] = std::move(*pixels);
+      found[k] = pack_water(*pixels);
       return;
     }
     const std::lock_guard lock(mutex);
     if (!problem) problem = pixels.problem();
   });
   if (problem) return *problem;
-  Masks masks;
+  std::vector<TileWater> level;
   for (std::size_t k = 0; k < tiles.size(); ++k) {
-    if (!found[k].empty()) masks[tiles[k]] = std::move(found[k]);
+    if (!found[k].empty()) level.push_back({tiles[k], std::move(found[k])});
   }
-  for (int z = finest; z > block.z; --z) {
-    add_rows(masks, rows);
-    masks = parents(masks);
+  for (int z = finest; z >= block.z; --z) {
+    rows.insert(rows.end(), level.begin(), level.end());
+    if (z > block.z) level = parents(level);
   }
-  add_rows(masks, rows);
   return rows;
 }
 
@@ -165,7 +139,7 @@ proto::Result<void> build_water_above(const proto::Plan& plan, StoreWriter& stor
   }
   for (int z = blocks - 1; z >= static_cast<int>(plan.min_level()) && !below.empty(); --z) {
     if (stop) return kCancelled;
-    below = packed_parents(below);
+    below = parents(below);
     if (auto put = store.put_water(below); !put.ok()) return put;
   }
   return {};

@@ -24,7 +24,7 @@ double lean(const proto::TileMesh& mesh, const std::vector<std::int32_t>& along,
             std::uint32_t opposite) {
   const auto [low, high] = std::minmax(along[from], along[to]);
   if (low == high || along[opposite] < low || along[opposite] > high) return 0;
-  const double share = double{along[opposite] - along[from]} / (along[to] - along[from]);
+  const double share = static_cast<double>(along[opposite] - along[from]) / (along[to] - along[from]);
   return std::abs(mesh.height[opposite] - (mesh.height[from] + share * (mesh.height[to] - mesh.height[from])));
 }
 
@@ -59,7 +59,8 @@ class Slivers {
     left_out_.assign(mesh_.triangles.size(), 0);
     uses_.assign(mesh_.x.size(), 0);
     for (const Triangle& t : mesh_.triangles) {
-      for (const std::uint32_t v : t) uses_[v] += is_void(t) ? 0 : 1;
+      if (is_void(t)) continue;
+      for (const std::uint32_t v : t) ++uses_[v];
     }
   }
 
@@ -75,8 +76,7 @@ class Slivers {
     const Triangle& corners = mesh_.triangles[t];
     int rims = 0, rim = 0;
     for (int c = 0; c < 3; ++c) {
-      const std::uint32_t from = corners[static_cast<std::size_t>(c)], to = corners[static_cast<std::size_t>((c + 1) % 3)];
-      if (uses_[from] < 2) return false;
+      if (uses_[corners[static_cast<std::size_t>(c)]] < 2) return false;
       if (is_rim(3 * t + static_cast<std::size_t>(c))) ++rims, rim = c;
     }
     if (rims != 1) return false;

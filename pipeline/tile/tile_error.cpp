@@ -58,7 +58,7 @@ double rounding_m(const proto::LevelPlan& level, const proto::Lattice& lattice, 
   for (int k = 0; k < 9; ++k) {
     const double latitude = lattice.latitude_deg(lattice.south(tile) + units * (k / 3) / 2) * proto::kDegree,
                  longitude = lattice.longitude_deg(lattice.west(tile) + units * (k % 3) / 2) * proto::kDegree;
-    lean = std::max(lean, std::abs(std::cos(latitude)) * (std::abs(std::cos(longitude)) + std::abs(std::sin(longitude))) +
+    lean = std::max(lean, std::cos(latitude) * (std::abs(std::cos(longitude)) + std::abs(std::sin(longitude))) +
                               std::abs(std::sin(latitude)));
   }
   return kHalf * level.ecef_step() * lean + kHalf * height_step(level) * proto::kHeightStep_m;
@@ -81,9 +81,9 @@ gpu::SurfaceErrorInput surface_input(const LevelContext& context, const BuiltTil
   return input;
 }
 
-std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built, double limit_m, gpu::SurfaceMemory& memory) {
+std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built, gpu::SurfaceMemory& memory) {
   const gpu::SurfaceErrorInput input = surface_input(context, built);
-  limit_m = std::max(limit_m - gpu::kGrace_m, context.promise ? limit_of(context, built.tile) : 0);
+  const double limit_m = context.promise ? limit_of(context, built.tile) : INFINITY;
   const gpu::Upright upright = upright_of(context, built);
   const std::int32_t step = height_step(*context.level);
   const gpu::SampleMeter samples(input, step);

@@ -31,9 +31,9 @@ double limit_of(const LevelContext& context, const proto::TileAddress& tile);
 /// A tile, and the samples that it is measured against.
 gpu::SurfaceErrorInput surface_input(const LevelContext& context, const BuiltTile& built);
 
-/// Against every finest sample; what exceeds the limit, and rounding_m(), is refined. Returns the triangles that are still over
-/// it. memory: of the tile at that limit.
-std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built, double limit_m, gpu::SurfaceMemory& memory);
+/// Against every finest sample; what exceeds limit_of() the tile is refined, where there is a promise. Returns the triangles that
+/// are still over it. memory: of the tile at that limit.
+std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built, gpu::SurfaceMemory& memory);
 
 /// Against finer surfaces, whose own errors are known. Returns the triangles that are still over the limit.
 std::vector<std::uint32_t> compose(const LevelContext& context, const PreparedTile& prepared, BuiltTile& built, double limit_m);

@@ -354,7 +354,7 @@ std::optional<BuiltTile> judge(const LevelContext& context, PreparedTile& prepar
   const double limit_m = context.promise ? context.level->target() : INFINITY;
   gpu::SurfaceMemory memory;
   const std::vector<std::uint32_t> over =
-      context.samples ? measure(context, built, limit_m, memory) : compose(context, prepared, built, limit_m);
+      context.samples ? measure(context, built, memory) : compose(context, prepared, built, limit_m);
   const std::vector<gpu::MeshPoint> bare = bare_samples(context, built);
   built.bare = bare.size();
   // Refinement leaves hardly anything: where valences or slivers gave it no room, another mesh will.

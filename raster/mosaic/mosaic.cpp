@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <span>
 
 #include "proto/ellipsoid.h"
 #include "proto/integers.h"
@@ -155,8 +156,9 @@ class Mosaic final : public Source {
   static constexpr std::size_t kNobody = SIZE_MAX,
                                kSeveral = SIZE_MAX - 1;  ///< the latter where more than one has a part in a blend
 
-  /// Heights at the vertices of a window, and whose they are.
+  /// Heights at the vertices of a window, and whose they are. Void, and nobody's, at first.
   struct Laid {
+    explicit Laid(const Window& w) : samples(void_samples(w)), owners(samples.height.size(), kNobody) {}
     proto::Samples samples;
     std::vector<std::size_t> owners;  ///< members; indexed as samples.height
   };
@@ -168,49 +170,39 @@ class Mosaic final : public Source {
   }
   std::size_t sheet_of(std::size_t member) const { return sheets_.empty() ? 0 : sheets_[member]; }
 
-  /// A layer's data, and where it has none that of the layers after it which are of one map with it.
-  proto::Result<Laid> one_map(const proto::Lattice& lattice, const Window& w, const std::vector<std::size_t>& layers,
-                              std::size_t& next) {
-    Laid map{void_samples(w), {}};
-    map.owners.assign(map.samples.height.size(), kNobody);
-    for (const std::size_t sheet = sheet_of(layers[next]); next < layers.size() && sheet_of(layers[next]) == sheet; ++next) {
-      auto source = opened(layers[next]);
+  /// Of members that are of one map: the data of the first that has some.
+  proto::Result<Laid> one_map(const proto::Lattice& lattice, const Window& w, std::span<const std::size_t> layers) {
+    Laid map(w);
+    for (const std::size_t layer : layers) {
+      auto source = opened(layer);
       if (!source.ok()) return source.problem();
       const auto own = (*source)->sample(lattice, w.west, w.south, map.samples.columns, map.samples.rows);
       if (!own.ok()) return own.problem();
       for (std::size_t v = 0; v < map.owners.size(); ++v) {
         if (map.owners[v] != kNobody || own->height[v] == proto::kNoHeight) continue;
         map.samples.height[v] = own->height[v], map.samples.flat_water[v] = own->flat_water[v];
-        map.owners[v] = layers[next];
+        map.owners[v] = layer;
       }
     }
     return map;
   }
 
   /// All layers, the first of which wins. The samples reach beyond the window where some are blended.
-  proto::Result<Laid> laid(const proto::Lattice& lattice, const Window& w, const std::vector<std::size_t>& layers) {
-    const bool is_one_map = layers.empty() || sheet_of(layers.front()) == sheet_of(layers.back());
-    const Window wide = is_one_map ? w : with_feather(w, lattice);
-    std::vector<Laid> maps;
-    for (std::size_t next = 0; next < layers.size();) {
-      auto map = one_map(lattice, wide, layers, next);
+  proto::Result<Laid> laid(const proto::Lattice& lattice, const Window& w, std::span<const std::size_t> layers) {
+    if (layers.empty() || sheet_of(layers.front()) == sheet_of(layers.back())) return one_map(lattice, w, layers);
+    const Window wide = with_feather(w, lattice);
+    Laid sum(wide);
+    while (!layers.empty()) {  // from the lowest up, a map at a time
+      const std::size_t sheet = sheet_of(layers.back());
+      const auto first = std::find_if(layers.begin(), layers.end(), [&](std::size_t layer) { return sheet_of(layer) == sheet; });
+      const auto map = one_map(lattice, wide, {first, layers.end()});
       if (!map.ok()) return map.problem();
-      maps.push_back(std::move(*map));
-    }
-    if (maps.empty()) {
-      maps.push_back({void_samples(wide), {}});
-      maps.front().owners.assign(maps.front().samples.height.size(), kNobody);
-    }
-    for (; maps.size() > 1; maps.pop_back()) {
-      // From the lowest up; what is above stands before it.
-      Laid& sum = maps.back();
-      Laid& top = maps[maps.size() - 2];
-      const auto mixed = lay_over(top.samples, sum.samples, feather_vertices(feather_m_, lattice));
+      const auto mixed = lay_over(map->samples, sum.samples, feather_vertices(feather_m_, lattice));
       for (std::size_t v = 0; v < mixed.size(); ++v)
-        if (top.owners[v] != kNobody) sum.owners[v] = mixed[v] != 0 ? kSeveral : top.owners[v];
-      top = std::move(sum);
+        if (map->owners[v] != kNobody) sum.owners[v] = mixed[v] != 0 ? kSeveral : map->owners[v];
+      layers = {layers.begin(), first};
     }
-    return std::move(maps.front());
+    return sum;
   }
 
   using Opened = std::shared_ptr<RasterSource>;  ///< held by who works with it: others are opened meanwhile
@@ -379,6 +371,8 @@ proto::Result<MosaicMember> examine(const std::string& path, const std::string& 
   const auto source = open_source(path, name, trust, options);
   return source.ok() ? member_of(path, name, trust, options, **source) : proto::Result<MosaicMember>(source.problem());
 }
+
+bool lies_beside(const proto::Problem& problem) { return problem.type == "bbox-outside-raster"; }
 
 proto::Result<MosaicMember> examine_pixels(const std::string& path, const std::string& name, Trust trust,
                                            const proto::BuildOptions& options) {

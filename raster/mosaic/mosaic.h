@@ -30,6 +30,9 @@ struct MosaicMember {
 proto::Result<MosaicMember> examine(const std::string& path, const std::string& name, Trust trust,
                                     const proto::BuildOptions& options);
 
+/// Whether a problem of examine() is that the bbox does not touch the raster: among others it is passed over.
+bool lies_beside(const proto::Problem& problem);
+
 /// As examine, and looks at the pixels, too: description.all_void says where none has data.
 proto::Result<MosaicMember> examine_pixels(const std::string& path, const std::string& name, Trust trust,
                                            const proto::BuildOptions& options);

@@ -43,9 +43,6 @@ proto::Result<std::vector<Named>> all_named(const std::vector<std::string>& word
   return named;
 }
 
-/// One that the box does not touch is passed over, as long as others are left.
-bool lies_beside(const Problem& problem) { return problem.type == "bbox-outside-raster"; }
-
 /// Each examined, in any order; with BadSource::refuse, those behind the first bad one may be left out.
 std::vector<std::optional<proto::Result<MosaicMember>>> examine_all(const std::vector<Named>& named, unsigned threads,
                                                                     BadSource bad) {
@@ -58,7 +55,7 @@ std::vector<std::optional<proto::Result<MosaicMember>>> examine_all(const std::v
     // Of one in a storage pixels cost another request.
     const auto look = raster::is_remote(path) ? raster::examine : raster::examine_pixels;
     examined[k] = look(path, std::filesystem::path(path).filename().string(), raster::Trust::operator_file, named[k].options);
-    if (*examined[k] || bad == BadSource::skip || lies_beside(examined[k]->problem())) return;
+    if (*examined[k] || bad == BadSource::skip || raster::lies_beside(examined[k]->problem())) return;
     for (std::size_t before = first_bad; k < before && !first_bad.compare_exchange_weak(before, k);) {}
   });
   return examined;
@@ -77,7 +74,7 @@ proto::Result<Sources> examine_sources(const std::vector<std::string>& words, co
     const std::string& path = (*named)[k].source.path;
     if (member) {
       sources.members.push_back(std::move(*member));
-    } else if (lies_beside(member.problem())) {
+    } else if (raster::lies_beside(member.problem())) {
       beside = member.problem();
     } else if (bad == BadSource::skip) {
       sources.skipped.push_back(path + ": " + member.problem().line());

@@ -5,8 +5,10 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 
+#include "pipeline/encode/json.h"
 #include "pipeline/faces/face.h"
 #include "tests/pipeline/store_synthetic.h"
 
@@ -34,6 +36,25 @@ struct SurfaceDataset {
   }
 };
 
+inline std::optional<faces::Document> fetch(const faces::Terrain& of, const std::string& path) {
+  const auto found = faces::find(path);
+  EXPECT_TRUE(found) << path;
+  return found->resource->make(of, found->place).value();
+}
+
+/// The tiles that a layer.json lists.
+inline std::set<proto::TileAddress> listed_in(const Json& layer) {
+  std::set<proto::TileAddress> listed;
+  for (int z = 0; const Json& level : layer["available"]) {
+    for (const Json& r : level) {
+      for (std::int32_t y = r["startY"]; y <= r["endY"].get<int>(); ++y)
+        for (std::int32_t x = r["startX"]; x <= r["endX"].get<int>(); ++x) listed.insert({z, x, y});
+    }
+    ++z;
+  }
+  return listed;
+}
+
 /// A dataset of some tiles; change: of each of them, before it is written.
 struct SomeTiles {
   TemporaryFolder folder;
@@ -52,11 +73,7 @@ struct SomeTiles {
     EXPECT_TRUE((*writer)->publish(synthetic_manifest()).ok());
     terrain = std::make_unique<faces::Terrain>(std::shared_ptr<const StoreReader>(StoreReader::open(folder / "a.db").value()));
   }
-  std::optional<faces::Document> fetch(const std::string& path) const {
-    const auto found = faces::find(path);
-    EXPECT_TRUE(found) << path;
-    return found->resource->make(*terrain, found->place).value();
-  }
+  std::optional<faces::Document> fetch(const std::string& path) const { return testing::fetch(*terrain, path); }
 };
 
 inline const faces::Terrain& terrain() {
@@ -64,10 +81,6 @@ inline const faces::Terrain& terrain() {
   return *dataset.terrain;
 }
 
-inline std::optional<faces::Document> fetch(const std::string& path) {
-  const auto found = faces::find(path);
-  EXPECT_TRUE(found) << path;
-  return found->resource->make(terrain(), found->place).value();
-}
+inline std::optional<faces::Document> fetch(const std::string& path) { return fetch(terrain(), path); }
 
 }  // namespace cordillera::pipeline::testing

@@ -7,7 +7,6 @@
 #include <set>
 
 #include "pipeline/encode/json.h"
-#include "pipeline/faces/mercator/mercator_mesh.h"
 #include "tests/pipeline/quantized_mesh_dataset.h"
 #include "tests/pipeline/quantized_mesh_decoder.h"
 
@@ -45,17 +44,10 @@ std::string path_of(const Layer& layer, const TileAddress& t) {
 /// Every tile that layer.json lists, decoded.
 std::map<TileAddress, DecodedTerrain> tiles_of(const Layer& which) {
   std::map<TileAddress, DecodedTerrain> out;
-  const Json layer = Json::parse(fetch(which.folder + "layer.json")->bytes);
-  for (int z = 0; z <= which.finest; ++z) {
-    for (const Json& r : layer["available"][static_cast<std::size_t>(z)]) {
-      for (std::int32_t y = r["startY"]; y <= r["endY"].get<int>(); ++y) {
-        for (std::int32_t x = r["startX"]; x <= r["endX"].get<int>(); ++x) {
-          const auto document = fetch(path_of(which, {z, x, y}));
-          EXPECT_TRUE(document) << z << " " << x << " " << y;
-          if (document) out.emplace(TileAddress{z, x, y}, TerrainReader(document->bytes).read());
-        }
-      }
-    }
+  for (const TileAddress& at : listed_in(Json::parse(fetch(which.folder + "layer.json")->bytes))) {
+    const auto document = fetch(path_of(which, at));
+    EXPECT_TRUE(document) << at.z << " " << at.x << " " << at.y;
+    if (document) out.emplace(at, TerrainReader(document->bytes).read());
   }
   return out;
 }
@@ -340,27 +332,6 @@ TEST(QuantizedMesh, LayerListsWhatThereIs) {
   EXPECT_FALSE(fetch("terrain/8/255/165.terrain"));
 }
 
-/// The fields without which QGIS's provider (src/core/tiledscene/qgsquantizedmeshdataprovider.cpp, read at 0c85fff) opens no
-/// layer, of the types that it takes.
-TEST(QuantizedMesh, LayerHasWhatQgisReads) {
-  for (const char* document : {"layer.json", "web-mercator/layer.json"}) {
-    SCOPED_TRACE(document);
-    const Json layer = Json::parse(fetch(document)->bytes);
-    EXPECT_EQ(layer.at("format"), "quantized-mesh-1.0");
-    EXPECT_TRUE(layer.at("projection") == "EPSG:4326" || layer.at("projection") == "EPSG:3857");
-    EXPECT_TRUE(layer.at("scheme").is_string());
-    EXPECT_TRUE(layer.at("version").is_string());
-    EXPECT_EQ(layer.at("bounds").size(), 4u);
-    EXPECT_TRUE(layer.at("minzoom").is_number_unsigned() && layer.at("maxzoom").is_number_unsigned());
-    ASSERT_FALSE(layer.at("tiles").empty());
-    for (const char* part : {"{z}", "{x}", "{y}"})
-      EXPECT_NE(layer["tiles"][0].get<std::string>().find(part), std::string::npos) << part;
-    for (const Json& level : layer.at("available"))
-      for (const Json& range : level)
-        for (const char* side : {"startX", "startY", "endX", "endY"}) EXPECT_TRUE(range.at(side).is_number_integer()) << side;
-  }
-}
-
 TEST(QuantizedMesh, LayerOfWebMercatorListsWhatThereIs) {
   const Json layer = Json::parse(fetch("web-mercator/layer.json")->bytes);
   EXPECT_EQ(layer["projection"], "EPSG:3857");
@@ -375,36 +346,6 @@ TEST(QuantizedMesh, LayerOfWebMercatorListsWhatThereIs) {
   EXPECT_EQ(all_tiles(kMercator).size(), 1 + 4 * families.size());
   for (const TileAddress& parent : families) EXPECT_TRUE(all_tiles(kMercator).contains(parent)) << path_of(kMercator, parent);
   EXPECT_FALSE(fetch("web-mercator/terrain/8/0/0.terrain"));
-}
-
-/// There a node of the dataset is ten rows of the map high, and its data may lie in a few of them.
-TEST(QuantizedMesh, LayerOfWebMercatorListsWhatThereIsNearThePole) {
-  const TileAddress node{kFinest, 130, 123};
-  const std::int64_t from = kLattice.south(node) + kLattice.tile_units(kFinest) / 2;
-  const SomeTiles polar(node, node, [from](std::int64_t, std::int64_t row) {
-    return row < from ? std::optional<double>() : std::optional<double>(500);
-  });
-  const Json layer = Json::parse(polar.fetch("web-mercator/layer.json")->bytes);
-  std::set<TileAddress> listed, with_data;
-  for (int z = 0; z <= kMercator.finest; ++z) {
-    for (const Json& r : layer["available"][static_cast<std::size_t>(z)]) {
-      for (std::int32_t y = r["startY"]; y <= r["endY"].get<int>(); ++y)
-        for (std::int32_t x = r["startX"]; x <= r["endX"].get<int>(); ++x) listed.insert({z, x, y});
-    }
-    const std::int32_t column = node.x >> (kMercator.finest - z);
-    for (std::int32_t y = 0; y < 1 << z; ++y) {
-      const TileAddress at{z, column, y};
-      EXPECT_EQ(polar.fetch(path_of(kMercator, at)).has_value(), listed.contains(at)) << path_of(kMercator, at);
-    }
-  }
-  for (const TileAddress& at : listed) {
-    const bool has_data = !faces::mercator_mesh(*polar.terrain, at, faces::MercatorNormals::none).triangles.empty();
-    if (at.z == kMercator.finest && has_data) with_data.insert(at.parent());
-  }
-  EXPECT_FALSE(with_data.empty());
-  for (const TileAddress& at : listed) {
-    if (at.z == kMercator.finest) { EXPECT_TRUE(with_data.contains(at.parent())) << path_of(kMercator, at) << " shows nothing"; }
-  }
 }
 
 TEST(QuantizedMesh, LevelsAboveTheCoarsestShowItsHeights) {

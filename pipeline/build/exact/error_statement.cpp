@@ -156,8 +156,9 @@ ErrorStatement::ErrorStatement(const LevelContext& context, const KnownGround& k
 std::size_t ErrorStatement::pieces() const { return (steep_.size() + kPiece - 1) / kPiece; }
 
 void ErrorStatement::measure(std::size_t piece) {
+  const double limit_m = limit_of(context_, tile_.tile);
   for (std::size_t k = piece * kPiece; k < std::min(steep_.size(), (piece + 1) * kPiece); ++k)
-    error_m_[k] = known_.error_m(corners_of(tile_.mesh, steep_[k]), limit_of(context_, tile_.tile));
+    error_m_[k] = known_.error_m(corners_of(tile_.mesh, steep_[k]), limit_m);
 }
 
 void ErrorStatement::put_back() {

@@ -284,7 +284,7 @@ double measure_exact(const LevelContext& context, BuiltTile& tile, gpu::SurfaceM
     // Steep walls meet rounded points, and needles the earth's curve: vertices go in there, away from the tile's sides.
     LevelContext put_back = context;
     put_back.height_rounds = -1;
-    measure(put_back, tile, context.level->target(), memory);
+    measure(put_back, tile, memory);
   }
   return std::max(0.0, tile.max_error_m - gpu::kGrace_m - limit_m);
 }

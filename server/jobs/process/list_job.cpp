@@ -110,7 +110,7 @@ proto::Result<std::vector<raster::MosaicMember>> examine_listed(const proto::Job
   });
   std::optional<Problem> beside;
   for (auto& member : examined) {
-    if (!*member && member->problem().type == "bbox-outside-raster") {
+    if (!*member && raster::lies_beside(member->problem())) {
       beside = member->problem();
       continue;
     }

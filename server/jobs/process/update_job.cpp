@@ -65,7 +65,7 @@ proto::Result<proto::Manifest> build_target(const proto::Job& job, const fs::pat
     auto member = known(before, source, options);
     if (!member) {
       auto examined = raster::examine_pixels(source.spec().path(), source.spec().name(), raster::Trust::posted_file, options);
-      if (!examined.ok() && examined.problem().type == "bbox-outside-raster") {
+      if (!examined.ok() && raster::lies_beside(examined.problem())) {
         beside = examined.problem();
         continue;
       }
@@ -77,13 +77,12 @@ proto::Result<proto::Manifest> build_target(const proto::Job& job, const fs::pat
     order.request.members.push_back(std::move(*member));
   }
   if (order.request.members.empty() && beside) return *beside;
-  const auto notes = raster::notes_on_datums(order.request.members);
   order.request.raster_name = job.name();
   order.request.trust = raster::Trust::posted_file;
   order.request.id = job.id();
   order.request.store_path = kNextStore;
   order.request.options = job.options();
-  for (const std::string& note : notes) order.request.options.add_warnings(note);
+  for (const std::string& note : raster::notes_on_datums(order.request.members)) order.request.options.add_warnings(note);
   if (before) order.before = kStoreFile;
   if (job.provisional() && !before) first_look(order.request, progress, stop);
   if (job.dry_run()) return proto::Manifest();  // that was all
