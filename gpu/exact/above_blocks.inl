@@ -17,9 +17,13 @@ proto::Result<std::vector<BlockMesh>> Engine<Executor>::simplify_above(const Gro
   block.columns = ground.columns, block.rows = ground.rows;
   block.curve = ground.curve, block.curve_up = ground.curve_up;
   block.sample_m = ground.sample_m;
-  if (ground.closes) block.sides[kWest] = block.sides[kEast] = SideKind::shared;  // a vertex there has neighbours on both
+  for (std::size_t side = 0; side < 4; ++side) {  // a vertex there has neighbours on both sides
+    if (ground.goes_on[side]) block.sides[side] = SideKind::shared;
+  }
   lay_out_blocks({&block, 1}, plan, Holds::squares);
-  blocks_[0].closes = ground.closes;
+  blocks_[0].keeps_sides = true;
+  if (ground.cut_column > 0) blocks_[0].cut_x = ground.cut_column;
+  if (ground.cut_row > 0) blocks_[0].cut_y = ground.cut_row;
   std::optional<proto::Result<RingMesh>> rings;
   std::vector<std::uint16_t> to_valid, to_void;
   executor_->parallel(4, [&](std::size_t k) {

@@ -13,7 +13,7 @@ struct IsOnHem {
   CORDILLERA_HD bool operator()(std::uint32_t v) const {
     const BlockView& block = blocks[finder.block_of(v)];
     const int x = position_x(mesh.position[v]), y = position_y(mesh.position[v]);
-    return (block.sides_at(x, y) & block.sides_held) != 0;
+    return block.is_on_held_side(x, y);
   }
 };
 struct TakeHemVertex {

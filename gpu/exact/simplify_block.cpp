@@ -83,6 +83,21 @@ std::optional<proto::Problem> check_sides(const Block& block, const BlockPlan& p
   return {};
 }
 
+bool is_cut_at_tiles(const Ground& ground, std::int64_t tile_side) {
+  const auto is_line = [tile_side](std::int64_t at) { return at % tile_side == 0; };
+  const std::array<std::int64_t, 4> side{ground.south, ground.west + ground.columns - 1, ground.south + ground.rows - 1,
+                                         ground.west};
+  for (std::size_t k = 0; k < 4; ++k) {
+    if (ground.goes_on[k] && !is_line(side[k])) return false;
+  }
+  const auto is_inside = [](std::int32_t cut, std::int32_t size) {
+    return cut == 0 || (cut % 8 == 0 && cut > 0 && cut < size - 1);
+  };
+  return is_inside(ground.cut_column, ground.columns) && is_inside(ground.cut_row, ground.rows) &&
+         (ground.cut_column == 0 || is_line(ground.west + ground.cut_column)) &&
+         (ground.cut_row == 0 || is_line(ground.south + ground.cut_row));
+}
+
 std::optional<proto::Problem> check_plan(const BlockPlan& plan) {
   if (plan.levels.empty() || plan.levels.size() > 22)
     return invalid(std::to_string(plan.levels.size()) + " levels", "1 to 22", "levels");
@@ -116,12 +131,8 @@ std::optional<proto::Problem> check_call(const Ground& ground, const BlockPlan& 
   if (ground.columns < 2 || ground.rows < 2 || ground.columns > kMostAbove || ground.rows > kMostAbove)
     return invalid("a ground of " + std::to_string(ground.columns) + " x " + std::to_string(ground.rows) + " samples",
                    "2 to 65536 each way", "ground");
-  const std::int64_t half = (ground.columns - 1) / 2;
-  const auto is_line = [side = std::int64_t{plan.tile_side} << (plan.levels.size() - 1)](std::int64_t x) {
-    return x % side == 0;
-  };
-  if (ground.closes && !(is_line(ground.west) && is_line(half) && 2 * half + 1 == ground.columns && half % 8 == 0))
-    return invalid("a ground that closes is not cut at sides of tiles", "such ones, and halfway between them", "ground");
+  if (!is_cut_at_tiles(ground, std::int64_t{plan.tile_side} << (plan.levels.size() - 1)))
+    return invalid("a ground that goes on is not cut at sides of tiles", "such ones, and inside of it, too", "ground");
   const std::size_t squares = ground.across() * ground.up();
   const Squares& known = ground.squares;
   if (known.plane.size() != squares || known.code.size() != 64 * squares ||

@@ -111,10 +111,13 @@ struct Squares {
 struct Ground {
   std::int64_t west = 0, south = 0;
   std::int32_t columns = 0, rows = 0;  ///< samples, 2 .. kMostAbove each
-  /// It goes around the earth: its western and its eastern side are one line, where the start has the same vertices. They keep
-  /// their places, so that both sides stay the same; and vertices on the meridian halfway between stay so few-edged that it can
-  /// become the sides of another call. Sides of tiles of all levels lie on these lines.
-  bool closes = false;
+  /// Sides beyond which the mesh goes on, in another call or around the earth: the start has the same vertices on both sides of
+  /// them. These keep their places, so that they stay the same. South, east, north, west.
+  std::array<bool, 4> goes_on{};
+  /// A column and a row inside of it where other calls will be cut; 0: none. Vertices there stay so few-edged that the line can
+  /// become a side. Sides of tiles of all levels lie on these lines, and on sides that go on; samples from the first ones are
+  /// multiples of 8.
+  std::int32_t cut_column = 0, cut_row = 0;
   Squares squares;
   std::span<const CurveRow> curve{};  ///< see Block, as what follows
   float curve_up = 0;

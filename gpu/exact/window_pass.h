@@ -53,7 +53,7 @@ struct LoadVertex {
     std::uint8_t flag = (upright || level) ? kOpenFan : 0;
     if (upright || ((block.lattice_x + x) & mask) == 0) flag |= kOnUpright;
     if (level || ((block.lattice_y + y) & mask) == 0) flag |= kOnLevel;
-    if (upright && level) flag |= kBlockCorner;
+    if ((upright && level) || block.is_where_cuts_meet(x, y)) flag |= kBlockCorner;
     if (block.is_on_cut(x, y)) flag |= kHeldSide;
     return flag;
   }
@@ -65,8 +65,8 @@ struct LoadVertex {
     const std::uint8_t lines = lines_at(x, y);
     const bool outside = load_ring(i, v),
                on_meridian = (lines & kOnUpright) && stays_on_meridian(w.curve.at(y).to_pole, pass.rules.tile_side);
-    const bool on_seam = block.closes && (x == block.west || x == block.east);
-    const bool locked = outside || (mark & kHeld) || on_meridian || on_seam;
+    const bool stays = block.keeps_sides && block.is_on_held_side(x, y);
+    const bool locked = outside || (mark & kHeld) || on_meridian || stays;
     w.position(i) = position;
     w.height(i) = pass.mesh.height[v];
     w.truth(i) = block.field.height_at(x, y);

@@ -52,6 +52,7 @@ struct BuildRequest {
   bool old_stays = false;              ///< until the new one is finished, if it is finished itself and is to be replaced
   proto::BuildOptions options;
   std::int64_t block_samples = 0;  ///< blocks of so many samples of the finest level at most; 0: as the plan has them
+  std::int32_t quarter_side = 0;   ///< > 0, for tests: all levels above blocks are made by regions of such quarters
   std::vector<raster::MosaicMember> members{};  ///< several rasters, the one that wins first
   std::shared_ptr<const raster::Decimation>
       decimation{};                   ///< read in place of the one raster's pixels: what is built is provisional

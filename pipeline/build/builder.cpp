@@ -60,6 +60,12 @@ std::size_t exact_at_once(const proto::Plan& plan, unsigned threads, std::uint32
   return std::clamp(static_cast<std::size_t>(std::min(by_memory, by_threads)), std::size_t{1}, most);
 }
 
+std::size_t regions_at_once(unsigned threads, std::uint32_t memory_mib) {
+  constexpr double kBytesOfRegion = 1e9, kMost = 4;
+  const double by_threads = (threads + 3.0) / 4, by_memory = memory_for_blocks(memory_mib) / kBytesOfRegion;
+  return static_cast<std::size_t>(std::clamp(std::min(by_threads, by_memory), 1.0, kMost));
+}
+
 }  // namespace
 
 std::array<const BuiltTile*, 4> children_of(const proto::TileAddress& tile, const Tiles& below) {
@@ -119,8 +125,7 @@ proto::Result<void> Builder::prepare() {
   };
   if (const auto begun = sources_.open(workers_.threads(), open); !begun.ok()) return begun;
   if (const auto mask = water_.open(); !mask.ok()) return mask;
-  if (plan_.exact() && (!has_levels_above(plan_) || merged_at_once(plan_))) return {};
-  return tiles_.open(room_.device, plan_.exact() ? gpu::kStrategies.front() : named_strategy(plan_.options()));
+  return plan_.exact() ? proto::Result<void>() : tiles_.open(room_.device, named_strategy(plan_.options()));
 }
 
 proto::Result<void> Builder::opened() const { return plan_.exact() ? exact_.opened() : proto::Result<void>(); }
@@ -327,7 +332,10 @@ proto::Result<FinishedTask> Builder::tiles_of_block(const proto::TileAddress& no
   return task;
 }
 
+bool Builder::by_regions() const { return room_.quarter_side > 0 || !has_one_ground(plan_); }
+
 void Builder::gather_for_merge() {
+  if (by_regions()) return;
   constexpr double kMostOfMemory = 1.0 / 16;
   auto gathered = std::make_unique<GatheredBlocks>(plan_, workers_, stop_);
   if (gathered->bytes() > kMostOfMemory * memory_for_blocks(room_.memory_mib)) return;
@@ -336,9 +344,14 @@ void Builder::gather_for_merge() {
 }
 
 proto::Result<FinishedTask> Builder::merge_at_once(const ChildMesh& mesh_of) {
+  if (by_regions()) {
+    exact_.give_back_memory();  // of a large ground's it is a good part
+    return build_regions_above(plan_, mesh_of, {exact_, workers_, stop_, regions_at_once(workers_.threads(), room_.memory_mib)},
+                               room_.quarter_side > 0 ? room_.quarter_side : kQuarterSide);
+  }
   constexpr std::size_t kManyBlocks = 64;
   auto gathered = gathered_ ? std::move(gathered_) : std::make_unique<GatheredBlocks>(plan_, workers_, stop_);
-  if (gathered->count() > kManyBlocks) exact_.give_back_memory();  // of a large ground's it is a good part
+  if (gathered->count() > kManyBlocks) exact_.give_back_memory();
   auto above = gathered->all(mesh_of);
   if (stop_) return kCancelled;
   if (!above.ok()) return above.problem();

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "pipeline/build/exact/gathered_blocks.h"
+#include "pipeline/build/exact/regions_above.h"
 #include "pipeline/build/exact_build.h"
 #include "pipeline/build/tile_simplifiers.h"
 #include "pipeline/build/water_build.h"
@@ -27,10 +28,11 @@ using Tiles = std::map<proto::TileAddress, BuiltTile>;
 /// Index bit 0 east, bit 1 north; nullptr where a child has no data.
 std::array<const BuiltTile*, 4> children_of(const proto::TileAddress& tile, const Tiles& below);
 
-/// What a build may use; it changes no byte.
+/// What a build may use; it changes no byte, but for the last.
 struct Room {
-  std::string device;            ///< of gpu::make_simplifier
-  std::uint32_t memory_mib = 0;  ///< 0: as much as there is
+  std::string device;             ///< of gpu::make_simplifier
+  std::uint32_t memory_mib = 0;   ///< 0: as much as there is
+  std::int32_t quarter_side = 0;  ///< see BuildRequest
 };
 
 class Builder {
@@ -69,12 +71,13 @@ class Builder {
 
   /// The finest samples of a node, and two cells of its level around it. Empty where the source knows that it has no data there.
   proto::Result<proto::Samples> read(const proto::TileAddress& node);
-  /// Of tiles one by one: of waves, and of what is merged above exact blocks.
+  /// Of tiles one by one: not of exact blocks.
   TileSimplifiers& tiles() { return tiles_; }
 
  private:
   std::vector<raster::PixelPoint> pixels_in(const proto::TileAddress& tile, unsigned worker);
   bool is_empty(const raster::Source::Window& window);
+  bool by_regions() const;  ///< levels above blocks are made, and of one ground else
   proto::Result<FinishedTask> merge_at_once(const ChildMesh& mesh_of);
   proto::Result<FinishedTask> tiles_of_block(const proto::TileAddress& node, const std::function<void(double)>& share,
                                              const FinestSink& finest);

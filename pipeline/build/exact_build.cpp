@@ -27,7 +27,6 @@ constexpr double kTakenOff = 1.5, kMoreCareful = 0.998;  // of what it is above;
 /// Tiles of a level, encoded, and how far the worst is above its target.
 struct EncodedLevel {
   std::vector<EncodedTile> tiles;
-  std::vector<BuiltTile> whole;  ///< of levels that the merge above the block needs
   double above_m = 0;
 };
 
@@ -45,7 +44,7 @@ class BlockBuild {
         frames_(lattice_, samples),
         counts_(lattice_, samples, team.workers, Workers::Haste::somebody_waits),  // the simplifier does
         asked_(levels_of_block(plan, node.z)),
-        keeps_squares_(place.merged_above && merged_at_once(plan)) {
+        keeps_squares_(place.merged_above) {
     if (keeps_squares_) asked_.known_reach = most_rim_reach(plan);
   }
 
@@ -61,10 +60,7 @@ class BlockBuild {
       FinishedTask task;
       task.node = node_;
       for (EncodedLevel& level : levels) std::move(level.tiles.begin(), level.tiles.end(), std::back_inserter(task.tiles));
-      if (keeps_squares_)
-        task.mesh = {node_, to_bytes(kept_)};
-      else if (place_.merged_above)
-        task.mesh = {node_, to_bytes(handed_up(levels))};
+      if (keeps_squares_) task.mesh = {node_, to_bytes(kept_)};
       return task;
     }
   }
@@ -119,8 +115,7 @@ class BlockBuild {
     LevelContext context{&lattice_, &level_plan(plan_, z), plan_.promise(), &samples_};
     context.frames = &frames_;
     context.counts = &counts_;
-    const bool handed_up = place_.merged_above && !keeps_squares_ && z <= node_.z + 1;
-    std::vector<BuiltTile> tiles = tiles_of_block(plan_, place_, z, mesh, handed_up ? TileParts::whole : TileParts::published);
+    std::vector<BuiltTile> tiles = tiles_of_block(plan_, place_, z, mesh);
     std::vector<gpu::SurfaceMemory> memories = measured(simplifiers, context, tiles);
     const bool on_gpu = !memories.empty();
     memories.resize(tiles.size());
@@ -139,16 +134,15 @@ class BlockBuild {
       above[k] = finished.above_m;
       made[k] = std::move(finished.tile);
       if (!meets || !on_gpu) memories[k] = {};  // they take more room than the meshes
-      if (!handed_up && !meets) tiles[k] = {};
+      if (!meets) tiles[k] = {};
       return std::move(finished.on_sides);
     };
     if (meets)
       finish_with_sides(context, tiles, team_.workers, finish, haste);
     else
       team_.workers.each(tiles.size(), finish, haste);
-    if (!handed_up) tiles.clear();
+    tiles.clear();
     EncodedLevel level;
-    if (handed_up) level.whole = std::move(tiles);
     for (const double a : above) level.above_m = std::max(level.above_m, a);
     for (std::optional<EncodedTile>& tile : made) {
       if (tile) level.tiles.push_back(std::move(*tile));
@@ -157,15 +151,6 @@ class BlockBuild {
     const bool final = level.above_m == 0 || !plan_.promise();
     if (finest && final && team_.finest) team_.finest.take(level.tiles);
     return level;
-  }
-
-  /// The node's tile, with what the merge above it needs.
-  BuiltTile handed_up(std::vector<EncodedLevel>& levels) const {
-    LevelContext context{&lattice_, &level_plan(plan_, node_.z), plan_.promise(), &samples_};
-    context.merges_above = true;
-    BuiltTile tile = std::move(levels.back().whole.front());
-    hand_up_exact(context, levels[levels.size() - 2].whole, tile);
-    return tile;
   }
 
   /// Less is asked of levels above their target the next time, but on sides that other blocks share. The first of them; none: how
@@ -225,11 +210,10 @@ class AboveBuild {
         known_(lattice_, above_.ground) {
     above_.ground.curve = curve_.rows;
     above_.ground.curve_up = curve_.up;
-    above_.ground.sample_m = sample_m(plan_);
   }
 
   proto::Result<std::vector<EncodedTile>> run(ExactSimplifiers& simplifiers) {
-    const auto made = above_.ground.closes ? run_around(simplifiers) : run_levels(simplifiers);
+    const auto made = grid_of(plan_).closes ? run_around(simplifiers) : run_levels(simplifiers);
     if (!made.ok()) return made.problem();
     std::vector<EncodedTile> all;
     for (auto& level : under_way_) {
@@ -275,31 +259,9 @@ class AboveBuild {
     const LevelContext context{&lattice_, &level_plan(plan_, z), plan_.promise(), nullptr};
     BlockPlace place = place_;
     place.west = west, place.east = west + place_.east - place_.west;
-    std::vector<BuiltTile> tiles = tiles_of_block(plan_, place, z, mesh, TileParts::published);
-    std::vector<std::optional<EncodedTile>> made(tiles.size());
-    std::vector<std::unique_ptr<ErrorStatement>> statements(tiles.size());
-    workers_.each(tiles.size(),
-                  [&](std::size_t k, unsigned) { statements[k] = std::make_unique<ErrorStatement>(context, known_, tiles[k]); });
-    const auto each_part = [&](std::size_t (ErrorStatement::*count)() const, void (ErrorStatement::*measure)(std::size_t)) {
-      std::vector<std::pair<ErrorStatement*, std::size_t>> parts;
-      for (const auto& statement : statements) {
-        for (std::size_t part = 0; part < (*statement.*count)(); ++part) parts.emplace_back(statement.get(), part);
-      }
-      workers_.each(parts.size(), [&](std::size_t n, unsigned) { (parts[n].first->*measure)(parts[n].second); });
-    };
-    each_part(&ErrorStatement::pieces, &ErrorStatement::measure);
-    workers_.each(tiles.size(), [&](std::size_t k, unsigned) { statements[k]->put_back(); });
-    each_part(&ErrorStatement::bands, &ErrorStatement::measure_band);
-    workers_.each(tiles.size(), [&](std::size_t k, unsigned) {
-      statements[k]->finish();
-      made[k] = encode_tile(context, tiles[k], plan_.options());
-      tiles[k] = {};
-    });
-    std::vector<EncodedTile> encoded;
-    for (std::optional<EncodedTile>& tile : made) {
-      if (tile) encoded.push_back(std::move(*tile));
-    }
-    return encoded;
+    std::vector<BuiltTile> tiles = tiles_of_block(plan_, place, z, mesh);
+    state_errors(context, known_, workers_, tiles);
+    return encode_tiles(context, tiles, plan_.options(), workers_);
   }
 
   const proto::Plan& plan_;

@@ -221,7 +221,8 @@ std::future<void> wake_device(const proto::BuildOptions& options, const proto::S
 Workshop::Workshop(const BuildRequest& request, const proto::Plan& plan, const std::atomic<bool>& stop)
     : workers(request.options.threads()),
       open([&request] { return open_source(request); }),
-      builder(plan, workers, open, {device_of(plan, request.options.device(), workers.threads()), request.options.memory()},
+      builder(plan, workers, open,
+              {device_of(plan, request.options.device(), workers.threads()), request.options.memory(), request.quarter_side},
               stop) {}
 
 Stages stages_of(const proto::Plan& plan) {

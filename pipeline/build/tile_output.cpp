@@ -149,6 +149,17 @@ std::optional<EncodedTile> encode_tile(const LevelContext& context, const BuiltT
   return encoded;
 }
 
+std::vector<EncodedTile> encode_tiles(const LevelContext& context, const std::vector<BuiltTile>& built,
+                                      const proto::BuildOptions& options, Workers& workers) {
+  std::vector<std::optional<EncodedTile>> made(built.size());
+  workers.each(built.size(), [&](std::size_t k, unsigned) { made[k] = encode_tile(context, built[k], options); });
+  std::vector<EncodedTile> encoded;
+  for (std::optional<EncodedTile>& tile : made) {
+    if (tile) encoded.push_back(std::move(*tile));
+  }
+  return encoded;
+}
+
 FinishedFinest finish_finest(const proto::Plan& plan, const LevelContext& context, BuiltTile& built,
                              const std::vector<raster::PixelPoint>& pixels, Measure measure, gpu::SurfaceMemory& memory) {
   FinishedFinest finished;

@@ -38,6 +38,10 @@ class SampleCounts {
 /// nullopt: the tile publishes no triangle. options: of the plan; what its tiles are to carry.
 std::optional<EncodedTile> encode_tile(const LevelContext& context, const BuiltTile& built, const proto::BuildOptions& options);
 
+/// Those that do, in order.
+std::vector<EncodedTile> encode_tiles(const LevelContext& context, const std::vector<BuiltTile>& built,
+                                      const proto::BuildOptions& options, Workers& workers);
+
 /// A tile of the finest level, as far as it can be finished before its sides are agreed upon with its neighbours.
 struct FinishedFinest {
   std::optional<EncodedTile> tile;       ///< nullopt: it publishes no triangle

@@ -36,8 +36,9 @@ proto::TileAddress node_at(const proto::Plan& plan, const BlockGrid& grid, std::
   return {z, static_cast<std::int32_t>(x), static_cast<std::int32_t>(grid.south + k / grid.across)};
 }
 
-bool merged_at_once(const proto::Plan& plan) {
-  if (!plan.exact() || !has_levels_above(plan)) return false;
+bool merged_at_once(const proto::Plan& plan) { return plan.exact() && has_levels_above(plan); }
+
+bool has_one_ground(const proto::Plan& plan) {
   const BlockGrid grid = grid_of(plan);
   const int z = static_cast<int>(plan.block_level());
   const std::int64_t units = lattice_of(plan).tile_units(z), across = grid.across * units, up = grid.up * units;

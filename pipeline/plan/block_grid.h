@@ -22,9 +22,12 @@ BlockGrid grid_of(const proto::Plan& plan);
 /// Row by row from the south-west.
 proto::TileAddress node_at(const proto::Plan& plan, const BlockGrid& grid, std::int32_t k);
 
-/// Whether one task makes all levels above the blocks of a plan: exact blocks that fit into one rectangle of gpu/exact, and take
-/// no more memory than kMostCellsAbove stands for. Else parents are merged of four children, level by level.
+/// Whether one task makes all levels above the blocks of a plan: above exact blocks. Else parents are merged of four children,
+/// level by level.
 bool merged_at_once(const proto::Plan& plan);
+/// Whether these blocks fit into one rectangle of gpu/exact, and take no more memory than kMostCellsAbove stands for. Else levels
+/// above them are made region by region.
+bool has_one_ground(const proto::Plan& plan);
 /// Cells of the finest level of such a rectangle: 1.3 bytes of memory each, and of one that closes twice as many bytes. With all
 /// else that a build has then, 2.1 and 2.9 GB were seen.
 inline constexpr std::int64_t kMostCellsAbove = std::int64_t{1} << 30, kMostCellsAround = kMostCellsAbove / 2;

@@ -132,15 +132,16 @@ int exact_block_level(const proto::Plan& plan, std::int64_t most) {
 
 std::int64_t samples_of(const proto::Plan& plan) { return columns_of(plan) * rows_of(plan); }
 
-/// One piece, or blocks: several keep all threads and a GPU busy. Larger ones where levels above are merged four to one.
+/// One piece, or blocks: several keep all threads and a GPU busy.
 void plan_exact_blocks(proto::Plan& plan) {
   plan.set_block_level(plan.min_level());
   const bool one_piece = samples_of(plan) <= kExactSamples &&
                          std::max(columns_of(plan), rows_of(plan)) + 2 * proto::kTileCells <= gpu::exact::kMostSamples;
   if (one_piece) return;
-  const bool small = samples_of(plan) <= kMostSmallBlocks * kSmallExactSamples;
-  plan.set_block_level(static_cast<std::uint32_t>(exact_block_level(plan, small ? kSmallExactSamples : kExactSamples)));
-  if (!merged_at_once(plan)) plan.set_block_level(static_cast<std::uint32_t>(exact_block_level(plan, kBlockSamples)));
+  const std::int64_t most = samples_of(plan) <= kMostSmallBlocks * kSmallExactSamples ? kSmallExactSamples
+                            : samples_of(plan) <= kMostExactBlocks * kExactSamples    ? kExactSamples
+                                                                                      : kBlockSamples;
+  plan.set_block_level(static_cast<std::uint32_t>(exact_block_level(plan, most)));
 }
 
 }  // namespace
@@ -173,7 +174,7 @@ void derive_level(const proto::Plan& plan, proto::LevelPlan& level) {
   level.set_height_step(power_of_two_below(std::max(height_step, proto::kHeightStep_m)));
   // Above the blocks half of the target is spent already: children's errors are added. Rounding takes its part, all of it where
   // somebody asks for less than a float32 can tell.
-  const bool composed = z < static_cast<int>(plan.block_level()) && !merged_at_once(plan), exact = plan.exact() && !composed;
+  const bool exact = plan.exact(), composed = !exact && z < static_cast<int>(plan.block_level());
   const double left = target_m * (composed ? 0.5 : 1) - usual_step_m(plan, level) - level.height_step() / 2;
   level.set_chain_tolerance((exact ? 1 : at_pole ? kPolarChainShare : kChainShare) * std::max(left, 0.0));
   const double cell = static_cast<double>(lattice.cell_units(z));

@@ -16,11 +16,11 @@ inline constexpr unsigned kPlanFormat = 5;
 
 /// Finest samples a block may have: what one block task holds in memory, 5 bytes each.
 inline constexpr std::int64_t kBlockSamples = std::int64_t{4097} * 4097;
-/// With strategy=exact a raster of up to so many is one block; and so large are the blocks of a large one.
-inline constexpr std::int64_t kExactSamples = std::int64_t{2049} * 2049;
-/// Rasters between have smaller blocks, of up to so many: who asks for one tile of a lazy dataset waits for its block. They cost
-/// one percent of triangles. And provisional tiles reach down to the level of the blocks: with more blocks than this they would
-/// take too long.
+/// With strategy=exact a raster of up to so many is one block; and so large are the blocks of a large one. Who asks for one tile
+/// of a lazy dataset waits for its block. But provisional tiles reach down to the level of the blocks: with more of them than
+/// this they would take too long, and blocks are larger.
+inline constexpr std::int64_t kExactSamples = std::int64_t{2049} * 2049, kMostExactBlocks = 1024;
+/// Rasters between have smaller blocks, for the same reason. They cost one percent of triangles.
 inline constexpr std::int64_t kSmallExactSamples = std::int64_t{1025} * 1025, kMostSmallBlocks = 128;
 /// The default strategy: exact wherever it can be, waves elsewhere.
 inline constexpr const char* kAutoStrategy = "auto";

@@ -137,7 +137,8 @@ TEST(ExactAbove, TrianglesAreNoWiderThanEdgeFunctionsHold) {
 TEST(ExactAbove, SidesStayWhereTheGroundCloses) {
   constexpr std::int32_t kColumns = 4097, kRows = 1025;
   Ground ground = plane_ground(kColumns, kRows);
-  ground.closes = true;
+  ground.goes_on = {false, true, false, true};
+  ground.cut_column = (kColumns - 1) / 2;
   const BlockMesh mesh = simplified_plane(ground, 64, 2048);
   std::map<std::int32_t, std::set<std::int32_t>> on_column;
   std::map<std::uint32_t, std::size_t> triangles_at;
@@ -179,7 +180,7 @@ TEST(ExactAbove, BadCallsAreNamed) {
   bad.squares.code.pop_back();
   EXPECT_EQ(parameter(bad, mesh), "ground");
   bad = ground;
-  bad.closes = true;  // 16 samples halfway around: no side of a tile
+  bad.cut_column = 16;  // no side of a tile
   EXPECT_EQ(parameter(bad, mesh), "ground");
   BlockMesh torn = mesh;
   torn.triangles.pop_back();

@@ -27,12 +27,12 @@ proto::Plan plan_of_blocks(std::int64_t across, std::int64_t up) {
 }
 
 TEST(BlocksAtOnce, AreAsManyAsOneRectangleHolds) {
-  EXPECT_TRUE(merged_at_once(plan_of_blocks(63, 2)));
-  EXPECT_FALSE(merged_at_once(plan_of_blocks(64, 2)));  // positions have 16 bits
-  EXPECT_TRUE(merged_at_once(plan_of_blocks(2, 63)));
-  EXPECT_FALSE(merged_at_once(plan_of_blocks(2, 64)));
-  EXPECT_TRUE(merged_at_once(plan_of_blocks(32, 32)));
-  EXPECT_FALSE(merged_at_once(plan_of_blocks(32, 33)));  // more memory than that is not asked for
+  EXPECT_TRUE(has_one_ground(plan_of_blocks(63, 2)));
+  EXPECT_FALSE(has_one_ground(plan_of_blocks(64, 2)));  // positions have 16 bits
+  EXPECT_TRUE(has_one_ground(plan_of_blocks(2, 63)));
+  EXPECT_FALSE(has_one_ground(plan_of_blocks(2, 64)));
+  EXPECT_TRUE(has_one_ground(plan_of_blocks(32, 32)));
+  EXPECT_FALSE(has_one_ground(plan_of_blocks(32, 33)));  // more memory than that is not asked for
 }
 
 TEST(BlocksAtOnce, GoAroundTheEarth) {
@@ -44,7 +44,7 @@ TEST(BlocksAtOnce, GoAroundTheEarth) {
       EXPECT_TRUE(grid.closes);
       EXPECT_EQ(grid.west, 0);
       EXPECT_EQ(grid.across, proto::tiles_across(level - 2));
-      EXPECT_EQ(merged_at_once(plan), at_once) << level;
+      EXPECT_EQ(has_one_ground(plan), at_once) << level;
     }
   }
 }
@@ -62,7 +62,8 @@ gpu::exact::Ground ground_around(std::int32_t columns, std::int32_t rows) {
   std::mt19937 random(7);
   gpu::exact::Ground ground;
   ground.columns = columns, ground.rows = rows;
-  ground.closes = true;
+  ground.goes_on = {false, true, false, true};
+  ground.cut_column = (columns - 1) / 2;
   for (std::size_t k = 0; k < ground.across() * ground.up(); ++k) {
     ground.squares.plane.push_back({static_cast<float>(random() % 1000), 0, 0, 1});
     ground.squares.depth.push_back(static_cast<gpu::exact::Depth>(random() % 16));
@@ -76,7 +77,8 @@ TEST(HalfTurned, GroundsHaveTheirHalvesTheOtherWayAround) {
   const gpu::exact::Ground ground = ground_around(4097, 41), turned = half_turned(ground), again = half_turned(turned);
   EXPECT_EQ(turned.west, ground.west + 2048);
   EXPECT_EQ(turned.columns, ground.columns);
-  EXPECT_TRUE(turned.closes);
+  EXPECT_EQ(turned.goes_on, ground.goes_on);
+  EXPECT_EQ(turned.cut_column, 2048);
   for (std::size_t y = 0; y < ground.up(); ++y) {
     for (std::size_t x = 0; x < 513; ++x) {
       const std::size_t here = y * 513 + x, there = y * 513 + (x + 256) % 512;

@@ -107,7 +107,8 @@ proto::BuildOptions exact(double error_m) {
   return options;
 }
 
-Built build_file(const std::string& path, const proto::BuildOptions& options, std::int64_t block_samples) {
+Built build_file(const std::string& path, const proto::BuildOptions& options, std::int64_t block_samples,
+                 std::int32_t quarter_side) {
   const Folder folder;
   pipeline::BuildRequest request;
   request.raster_path = path;
@@ -116,6 +117,7 @@ Built build_file(const std::string& path, const proto::BuildOptions& options, st
   request.store_path = folder.path("test.cordillera");
   request.options = options;
   request.block_samples = block_samples;
+  request.quarter_side = quarter_side;
   const std::atomic<bool> stop = false;
   Built built;
   built.manifest = must(pipeline::build(request, nullptr, stop));
@@ -136,11 +138,11 @@ Built build_file(const std::string& path, const proto::BuildOptions& options, st
   return built;
 }
 
-Built build_dem(const Dem& dem, proto::BuildOptions options, std::int64_t block_samples) {
+Built build_dem(const Dem& dem, proto::BuildOptions options, std::int64_t block_samples, std::int32_t quarter_side) {
   if (dem.level) options.set_max_level(static_cast<std::uint32_t>(*dem.level));
   const Folder folder;
   write(dem, folder.path("dem.tif"));
-  return build_file(folder.path("dem.tif"), options, block_samples);
+  return build_file(folder.path("dem.tif"), options, block_samples, quarter_side);
 }
 
 std::optional<double> error_at(const Built& built, int level, std::int64_t i, std::int64_t j, double expected_m) {

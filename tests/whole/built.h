@@ -40,11 +40,12 @@ proto::BuildOptions with_error(double error_m);
 /// The same with strategy=exact.
 proto::BuildOptions exact(double error_m);
 
-/// Builds, publishes and decodes. Throws std::runtime_error with the problem's line when any of it fails. block_samples: see
-/// BuildRequest.
-Built build_file(const std::string& path, const proto::BuildOptions& options, std::int64_t block_samples = 0);
+/// Builds, publishes and decodes. Throws std::runtime_error with the problem's line when any of it fails. block_samples,
+/// quarter_side: see BuildRequest.
+Built build_file(const std::string& path, const proto::BuildOptions& options, std::int64_t block_samples = 0,
+                 std::int32_t quarter_side = 0);
 /// max_level is the raster's own level, where it has one.
-Built build_dem(const Dem& dem, proto::BuildOptions options, std::int64_t block_samples = 0);
+Built build_dem(const Dem& dem, proto::BuildOptions options, std::int64_t block_samples = 0, std::int32_t quarter_side = 0);
 
 /// |decoded - expected| at a place of the finest lattice on a level's .drc tiles, in metres; none where there is no triangle.
 std::optional<double> error_at(const Built& built, int level, std::int64_t i, std::int64_t j, double expected_m);

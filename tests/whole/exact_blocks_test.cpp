@@ -2,35 +2,17 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
-#include <numbers>
 #include <set>
 
 #include "pipeline/build/build.h"
 #include "pipeline/plan/block_grid.h"
+#include "tests/whole/above_blocks.h"
 #include "tests/whole/bytes.h"
-#include "tests/whole/judge.h"
 
 namespace cordillera::whole {
 namespace {
 
 using testing::IsEmpty;
-
-/// Every level within its target: measured in blocks, a bound above them.
-void expect_promise_above_blocks(const Built& built) {
-  for (const proto::LevelSummary& level : built.manifest.levels()) {
-    EXPECT_LE(level.stated_max_error(), level.target()) << "level " << level.level();
-    EXPECT_EQ(level.composed(), level.level() < built.plan.block_level()) << "level " << level.level();
-  }
-}
-constexpr std::int64_t kSmallBlock = 513 * 513;
-
-/// What is wrong with tiles so wide that to look for every sample's cover would take minutes.
-Findings judge_wide(const Built& built) {
-  Findings found = judge_plans(built);
-  for (const Findings& more : {judge_neighbours(built), judge_errors(built, {500, 0})})
-    found.insert(found.end(), more.begin(), more.end());
-  return found;
-}
 
 // Blocks of four tiles, with holes across their sides, noise of holes, and islands whose blocks have neighbours without data.
 TEST(ExactBlocks, levels_above_are_made_at_once) {
@@ -135,16 +117,6 @@ TEST(ExactBlocks, go_over_half_of_the_circle) {
   }
 }
 
-/// Hills of all sizes that go around without a seam, and a lake without data on the antimeridian.
-double earth_with_a_lake(double lon, double lat) {
-  const double x = std::cos(lat) * std::cos(lon), y = std::cos(lat) * std::sin(lon), z = std::sin(lat);
-  if (std::hypot(x + 1, y, z - 0.1) < 0.1) return kNoData;
-  double height = 0, scale = 3, relief = 1500;
-  for (int k = 0; k < 9; ++k, scale *= 2.1, relief *= 0.6)
-    height += relief * std::sin(scale * x + k) * std::cos(scale * y + 2 * k) * std::cos(scale * z);
-  return height;
-}
-
 /// Vertices of a level on a meridian, by row; on the eastern side of its tiles.
 std::size_t vertices_on(const Built& built, int level, std::int64_t column) {
   std::set<std::int64_t> rows;
@@ -155,20 +127,6 @@ std::size_t vertices_on(const Built& built, int level, std::int64_t column) {
     }
   }
   return rows.size();
-}
-
-/// Pixels of all of the circle, rows of them from north to south.
-Dem all_around(int columns, int rows, double north_deg) {
-  const double pixel_deg = 360.0 / columns;
-  Dem dem;
-  dem.columns = columns;
-  dem.rows = rows;
-  dem.geotransform = {-180, pixel_deg, 0, north_deg, 0, -pixel_deg};
-  dem.height = [=](int c, int r) {
-    constexpr double kDegree = std::numbers::pi / 180;
-    return earth_with_a_lake((-180 + (c + 0.5) * pixel_deg) * kDegree, (north_deg - (r + 0.5) * pixel_deg) * kDegree);
-  };
-  return dem;
 }
 
 void expect_one_piece_around_the_earth(const Built& built) {
@@ -222,18 +180,6 @@ TEST(ExactBlocks, wide_rasters_are_one_piece) {
   const auto height = [=](int c, int r) { return c < 300 || c > 59700 ? ground(c, r) : 3.0; };
   const Built built = build_dem(points_of({13, 500 * 2 * kTile - 100, 6000 * kTile + 150}, 60000, 30, height), exact(5));
   EXPECT_TRUE(pipeline::merged_at_once(built.plan));
-  EXPECT_THAT(judge_wide(built), IsEmpty());
-  expect_promise_above_blocks(built);
-}
-
-// Too wide for one rectangle: parents are merged of four children.
-TEST(ExactBlocks, far_apart_are_merged_level_by_level) {
-  const HeightOf ground = rough(5);
-  const auto height = [=](int c, int r) { return c < 300 || c > 66700 ? 0.1 * ground(c, r) : kNoData; };
-  const Built built =
-      build_dem(points_of({13, 500 * 2 * kTile - 100, 6000 * kTile + 150}, 67000, 30, height), exact(5), kSmallBlock);
-  EXPECT_TRUE(built.plan.exact());
-  EXPECT_FALSE(pipeline::merged_at_once(built.plan));
   EXPECT_THAT(judge_wide(built), IsEmpty());
   expect_promise_above_blocks(built);
 }

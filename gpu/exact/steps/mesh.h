@@ -37,17 +37,19 @@ struct BlockView {
   std::int32_t lattice_x = 0, lattice_y = 0;  ///< of sample (0, 0), modulo the largest tile side
   double sample_m = 1;                        ///< see Block
   std::uint32_t third = 0;                    ///< of the square of its bins, a way: windows of a pass are shifted by that
-  std::uint32_t sides_held = 0;  ///< bit per side of the rectangle (south, east, north, west): valence caps for two blocks
-  bool closes = false;           ///< see Ground
+  std::uint32_t sides_held = 0;         ///< bit per side of the rectangle (south, east, north, west): valence caps for two blocks
+  bool keeps_sides = false;             ///< those vertices stay where they are, too, see Ground
+  std::int32_t cut_x = -1, cut_y = -1;  ///< lines on which another call will be cut, see Ground
 
   CORDILLERA_HD std::uint32_t sides_at(int x, int y) const {
     return (y == south ? 1u : 0u) | (x == east ? 2u : 0u) | (y == north ? 4u : 0u) | (x == west ? 8u : 0u);
   }
   CORDILLERA_HD bool is_on_side(int x, int y) const { return sides_at(x, y) != 0; }
-  /// On a line where the mesh is cut: by two blocks, or around the earth, in this call or in another.
-  CORDILLERA_HD bool is_on_cut(int x, int y) const {
-    return (sides_at(x, y) & sides_held) != 0 || (closes && x == (west + east) / 2);
-  }
+  CORDILLERA_HD bool is_on_held_side(int x, int y) const { return (sides_at(x, y) & sides_held) != 0; }
+  /// On a line where the mesh is cut, in this call or in another.
+  CORDILLERA_HD bool is_on_cut(int x, int y) const { return is_on_held_side(x, y) || x == cut_x || y == cut_y; }
+  /// Four meshes meet there, in this call or in another; of a corner and of where both lines cross others say so.
+  CORDILLERA_HD bool is_where_cuts_meet(int x, int y) const { return is_on_held_side(x, y) && (x == cut_x || y == cut_y); }
 };
 
 /// A level, for all blocks.

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <optional>
+#include <utility>
 
 #include "gpu/exact/steps/triangle.h"
 #include "gpu/measure/surface_meter.h"
@@ -229,6 +231,23 @@ void ErrorStatement::finish() {
     tile_.measured.sum_squared_m2 += band.sum_squared_m2;
     tile_.measured.samples += band.samples;
   }
+}
+
+void state_errors(const LevelContext& context, const KnownGround& known, Workers& workers, std::vector<BuiltTile>& tiles) {
+  std::vector<std::unique_ptr<ErrorStatement>> statements(tiles.size());
+  workers.each(tiles.size(),
+               [&](std::size_t k, unsigned) { statements[k] = std::make_unique<ErrorStatement>(context, known, tiles[k]); });
+  const auto each_part = [&](std::size_t (ErrorStatement::*count)() const, void (ErrorStatement::*measure)(std::size_t)) {
+    std::vector<std::pair<ErrorStatement*, std::size_t>> parts;
+    for (const auto& statement : statements) {
+      for (std::size_t part = 0; part < (*statement.*count)(); ++part) parts.emplace_back(statement.get(), part);
+    }
+    workers.each(parts.size(), [&](std::size_t n, unsigned) { (parts[n].first->*measure)(parts[n].second); });
+  };
+  each_part(&ErrorStatement::pieces, &ErrorStatement::measure);
+  workers.each(tiles.size(), [&](std::size_t k, unsigned) { statements[k]->put_back(); });
+  each_part(&ErrorStatement::bands, &ErrorStatement::measure_band);
+  workers.each(tiles.size(), [&](std::size_t k, unsigned) { statements[k]->finish(); });
 }
 
 }  // namespace cordillera::pipeline

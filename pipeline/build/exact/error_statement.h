@@ -6,6 +6,7 @@
 
 #include "gpu/measure/surface_error.h"
 #include "pipeline/build/exact/ground_meter.h"
+#include "pipeline/threads/workers.h"
 #include "pipeline/tile/tile_mesh.h"
 
 namespace cordillera::pipeline {
@@ -36,5 +37,8 @@ class ErrorStatement {
   int step_ = 0;                          ///< between samples that the RMSE looks at
   std::vector<gpu::SurfaceError> bands_;  ///< sums of squares
 };
+
+/// Of all tiles of a level that lie on a ground.
+void state_errors(const LevelContext& context, const KnownGround& known, Workers& workers, std::vector<BuiltTile>& tiles);
 
 }  // namespace cordillera::pipeline

@@ -4,12 +4,9 @@
 #include <map>
 #include <stdexcept>
 
-#include "gpu/exact/side_chain.h"
 #include "pipeline/build/exact/error_statement.h"
 #include "pipeline/plan/ecef_step.h"
 #include "pipeline/plan/plan.h"
-#include "pipeline/tile/border.h"
-#include "pipeline/tile/void_tile.h"
 #include "proto/integers.h"
 
 namespace cordillera::pipeline {
@@ -20,123 +17,58 @@ using gpu::exact::Ground;
 
 constexpr double kLeastSteps = 4;  // of height in a tolerance: the engine's bound
 
-std::int64_t block_units(const proto::Plan& plan) { return lattice_of(plan).tile_units(static_cast<int>(plan.block_level())); }
-
-/// Blocks by row and column; those without data get a mesh of void triangles that fits their neighbours.
-class Mosaic {
- public:
-  Mosaic(const BlockGrid& grid, std::int32_t side, const std::vector<const proto::TileMesh*>& meshes)
-      : grid_(grid), side_(side), meshes_(meshes) {}
-
-  BlockMesh mesh() {
-    BlockMesh all;
-    std::map<std::uint64_t, std::uint32_t> on_sides;  // where blocks meet
-    for (std::int32_t k = 0; k < grid_.count(); ++k) {
-      const proto::TileMesh stand_in = mesh_of(k) ? proto::TileMesh() : without_data(k);
-      append(mesh_of(k) ? *mesh_of(k) : stand_in, k, on_sides, all);
-    }
-    return all;
-  }
-
- private:
-  const proto::TileMesh* mesh_of(std::int32_t k) const { return meshes_[static_cast<std::size_t>(k)]; }
-  const proto::TileMesh* at(std::int32_t column, std::int32_t row) const {
-    if (grid_.closes) column = static_cast<std::int32_t>(proto::modulo(column, grid_.across));
-    return column < 0 || row < 0 || column >= grid_.across || row >= grid_.up ? nullptr : mesh_of(row * grid_.across + column);
-  }
-  proto::TileMesh without_data(std::int32_t k) const {
-    const std::int32_t column = k % grid_.across, row = k / grid_.across;
-    const auto beside = [&](const proto::TileMesh* mesh, Side facing) {
-      return mesh ? border_chain(*mesh, facing) : void_chain(side_, side_ / gpu::exact::kVoidChords);
-    };
-    std::array<Chain, 4> border;
-    border[static_cast<std::size_t>(Side::west)] = beside(at(column - 1, row), Side::east);
-    border[static_cast<std::size_t>(Side::east)] = beside(at(column + 1, row), Side::west);
-    border[static_cast<std::size_t>(Side::south)] = beside(at(column, row - 1), Side::north);
-    border[static_cast<std::size_t>(Side::north)] = beside(at(column, row + 1), Side::south);
-    return void_tile(side_, border);
-  }
-  void append(const proto::TileMesh& mesh, std::int32_t k, std::map<std::uint64_t, std::uint32_t>& on_sides,
-              BlockMesh& all) const {
-    const std::int32_t west = k % grid_.across * side_, south = k / grid_.across * side_;
-    std::vector<std::uint32_t> number(mesh.vertices());
-    for (std::size_t v = 0; v < number.size(); ++v) {
-      const bool on_side = mesh.x[v] == 0 || mesh.y[v] == 0 || mesh.x[v] == side_ || mesh.y[v] == side_;
-      const std::int32_t x = west + mesh.x[v], y = south + mesh.y[v];
-      const auto next = static_cast<std::uint32_t>(all.vertices());
-      const std::uint8_t is_void = proto::is_void(mesh, v) ? 1 : 0;
-      number[v] = next;
-      if (on_side) {
-        const auto [there, added] =
-            on_sides.try_emplace(static_cast<std::uint64_t>(x) << 32 | static_cast<std::uint64_t>(y), next);
-        number[v] = there->second;
-        if (!added) {
-          if (all.height[number[v]] != mesh.height[v] || all.is_void[number[v]] != is_void)
-            throw std::logic_error("exact blocks differ on the side between them");
-          continue;
-        }
-      }
-      all.x.push_back(static_cast<std::uint16_t>(x));
-      all.y.push_back(static_cast<std::uint16_t>(y));
-      all.height.push_back(mesh.height[v]);
-      all.is_void.push_back(is_void);
-    }
-    for (const auto& t : mesh.triangles) all.triangles.push_back({number[t[0]], number[t[1]], number[t[2]]});
-  }
-
-  const BlockGrid& grid_;
-  const std::int32_t side_;
-  const std::vector<const proto::TileMesh*>& meshes_;
-};
-
 }  // namespace
 
-/// Its last row and column are its neighbours' first, but at the end of the rectangle.
-void place_squares(const proto::Plan& plan, std::int32_t k, const gpu::exact::Squares& from, Ground& ground) {
-  const BlockGrid grid = grid_of(plan);
+std::int64_t block_side(const proto::Plan& plan) { return lattice_of(plan).tile_units(static_cast<int>(plan.block_level())); }
+
+/// Its last row and column of squares are its neighbours' first, but at the end of the rectangle.
+void place_squares(std::int64_t block_side, std::int64_t x, std::int64_t y, const gpu::exact::Squares& from, Ground& ground) {
   gpu::exact::Squares& to_squares = ground.squares;
-  const std::int32_t column = k % grid.across, row = k / grid.across, squares = static_cast<std::int32_t>(block_units(plan) / 8);
-  const std::int32_t columns = squares + (column + 1 == grid.across ? 1 : 0), rows = squares + (row + 1 == grid.up ? 1 : 0);
-  for (std::int32_t y = 0; y < rows; ++y) {
-    const std::size_t to =
-        static_cast<std::size_t>(row * squares + y) * ground.across() + static_cast<std::size_t>(column * squares);
-    const std::size_t of = static_cast<std::size_t>(y) * static_cast<std::size_t>(squares + 1);
-    for (std::int32_t x = 0; x < columns; ++x) {
-      const std::size_t n = static_cast<std::size_t>(x);
-      to_squares.plane[to + n] = from.plane[of + n];
-      std::copy_n(from.code.begin() + static_cast<std::ptrdiff_t>(64 * (of + n)), 64,
-                  to_squares.code.begin() + static_cast<std::ptrdiff_t>(64 * (to + n)));
-      to_squares.depth[to + n] = from.depth.empty() ? gpu::exact::valid_depth(gpu::exact::kFarthest) : from.depth[of + n];
-    }
+  const auto squares = static_cast<std::size_t>(block_side / 8), west = static_cast<std::size_t>(x / 8),
+             south = static_cast<std::size_t>(y / 8);
+  const std::size_t columns = squares + (west + squares + 1 == ground.across() ? 1 : 0),
+                    rows = squares + (south + squares + 1 == ground.up() ? 1 : 0);
+  for (std::size_t row = 0; row < rows; ++row) {
+    const std::size_t to = (south + row) * ground.across() + west, of = row * (squares + 1);
+    std::copy_n(from.plane.data() + of, columns, to_squares.plane.data() + to);
+    std::copy_n(from.code.data() + 64 * of, 64 * columns, to_squares.code.data() + 64 * to);
+    if (from.depth.empty())
+      std::fill_n(to_squares.depth.data() + to, columns, gpu::exact::valid_depth(gpu::exact::kFarthest));
+    else
+      std::copy_n(from.depth.data() + of, columns, to_squares.depth.data() + to);
   }
 }
 
 BlockPlace place_above(const proto::Plan& plan) {
   const BlockGrid grid = grid_of(plan);
-  const std::int64_t units = block_units(plan);
+  const std::int64_t side = block_side(plan);
   BlockPlace place;
-  place.west = grid.west * units, place.east = place.west + grid.across * units;
-  place.south = grid.south * units, place.north = place.south + grid.up * units;
+  place.west = grid.west * side, place.east = place.west + grid.across * side;
+  place.south = grid.south * side, place.north = place.south + grid.up * side;
   return place;
 }
 
-Ground unknown_ground(const proto::Plan& plan) {
-  const BlockGrid grid = grid_of(plan);
-  const BlockPlace place = place_above(plan);
-  const auto side = static_cast<std::int32_t>(block_units(plan));
-  Ground ground;
+void make_unknown(const proto::Plan& plan, const BlockPlace& place, Ground& ground) {
   ground.west = place.west, ground.south = place.south;
-  ground.columns = grid.across * side + 1, ground.rows = grid.up * side + 1;
-  ground.closes = grid.closes;
+  ground.columns = static_cast<std::int32_t>(place.east - place.west + 1);
+  ground.rows = static_cast<std::int32_t>(place.north - place.south + 1);
+  ground.goes_on = {}, ground.cut_column = ground.cut_row = 0;
+  ground.curve = {}, ground.curve_up = 0;
+  ground.sample_m = sample_m(plan);
   const std::size_t squares = ground.across() * ground.up();
   ground.squares.plane.assign(squares, {0, 0, 0, gpu::exact::kNothing});
   ground.squares.code.assign(64 * squares, 0);
   ground.squares.depth.assign(squares, gpu::exact::void_depth(gpu::exact::kFarthest));
-  return ground;
 }
 
-BlockMesh joined_mesh(const proto::Plan& plan, const std::vector<const proto::TileMesh*>& meshes) {
-  return Mosaic(grid_of(plan), static_cast<std::int32_t>(block_units(plan)), meshes).mesh();
+Ground unknown_ground(const proto::Plan& plan) {
+  Ground ground;
+  make_unknown(plan, place_above(plan), ground);
+  if (grid_of(plan).closes) {
+    ground.goes_on[gpu::exact::kEast] = ground.goes_on[gpu::exact::kWest] = true;
+    ground.cut_column = (ground.columns - 1) / 2;
+  }
+  return ground;
 }
 
 namespace {
@@ -163,7 +95,7 @@ Ground half_turned(const Ground& ground) {
   Ground turned;
   turned.west = ground.west + (ground.columns - 1) / 2, turned.south = ground.south;
   turned.columns = ground.columns, turned.rows = ground.rows;
-  turned.closes = ground.closes;
+  turned.goes_on = ground.goes_on, turned.cut_column = ground.cut_column;
   turned.curve = ground.curve, turned.curve_up = ground.curve_up;
   turned.sample_m = ground.sample_m;
   const std::size_t across = ground.across() - 1;

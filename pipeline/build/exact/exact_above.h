@@ -5,6 +5,7 @@
 
 #include "gpu/exact/simplify_block.h"
 #include "pipeline/build/exact/exact_block.h"
+#include "pipeline/build/exact/joined_mesh.h"
 #include "pipeline/plan/block_grid.h"
 
 namespace cordillera::pipeline {
@@ -16,12 +17,16 @@ struct Above {
   gpu::exact::Ground ground;
   gpu::exact::BlockMesh start;
 };
-/// The ground of all blocks, of which nothing is known yet. Its memory takes as long to be had as blocks to be read.
+/// A rectangle of which nothing is known yet; without a curve. Its memory takes as long to be had as blocks to be read. What
+/// `ground` has is used again.
+void make_unknown(const proto::Plan& plan, const BlockPlace& place, gpu::exact::Ground& ground);
+/// The ground of all blocks; all around the earth, where they are.
 gpu::exact::Ground unknown_ground(const proto::Plan& plan);
-/// Puts the squares of the block node_at(k) into it; those of other blocks may be put meanwhile.
-void place_squares(const proto::Plan& plan, std::int32_t k, const gpu::exact::Squares& squares, gpu::exact::Ground& ground);
-/// All blocks' meshes as one. Indexed as node_at; null where a block has no data.
-gpu::exact::BlockMesh joined_mesh(const proto::Plan& plan, const std::vector<const proto::TileMesh*>& meshes);
+/// From side to side of a block, samples.
+std::int64_t block_side(const proto::Plan& plan);
+/// Puts the squares of a block into it, whose first sample is the ground's (x, y); those of other blocks may be put meanwhile.
+void place_squares(std::int64_t block_side, std::int64_t x, std::int64_t y, const gpu::exact::Squares& squares,
+                   gpu::exact::Ground& ground);
 
 /// A ground that closes, and a mesh of it, cut half of the circle farther on.
 gpu::exact::Ground half_turned(const gpu::exact::Ground& ground);

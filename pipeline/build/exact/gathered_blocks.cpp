@@ -5,6 +5,7 @@
 
 #include "pipeline/plan/block_grid.h"
 #include "pipeline/plan/plan.h"
+#include "proto/integers.h"
 
 namespace cordillera::pipeline {
 
@@ -34,7 +35,10 @@ void GatheredBlocks::take(const FinishedTask& block) {
 
 void GatheredBlocks::place(std::size_t k, KeptBlock&& block) {
   if (!block.squares.depth.empty()) voids_ = true;
-  place_squares(plan_, static_cast<std::int32_t>(k), block.squares, ground_);
+  const BlockGrid grid = grid_of(plan_);
+  const auto column = static_cast<std::int64_t>(k) % grid.across, row = static_cast<std::int64_t>(k) / grid.across;
+  const std::int64_t side = block_side(plan_);
+  place_squares(side, column * side, row * side, block.squares, ground_);
   block.squares = {};
   blocks_[k] = std::move(block);
 }
@@ -74,14 +78,19 @@ proto::Result<std::optional<Above>> GatheredBlocks::all(const MeshOf& mesh_of) {
   });
   if (stop_) return std::optional<Above>();
   if (!voids_) ground_.squares.depth.clear();
-  std::vector<const proto::TileMesh*> meshes(count());
-  for (std::size_t k = 0; k < count(); ++k) {
-    if (!blocks_[k]) continue;
-    if (!blocks_[k]->ok()) return blocks_[k]->problem();
-    meshes[k] = &(*blocks_[k])->mesh;
+  for (const auto& block : blocks_) {
+    if (block && !block->ok()) return block->problem();
   }
   if (those_with_a_mesh().empty()) return std::optional<Above>();
-  return std::optional<Above>(Above{std::move(ground_), joined_mesh(plan_, meshes)});
+  const BlockGrid grid = grid_of(plan_);
+  const auto mesh_at = [&](std::int32_t column, std::int32_t row) -> const proto::TileMesh* {
+    if (grid.closes) column = static_cast<std::int32_t>(proto::modulo(column, grid.across));
+    if (column < 0 || row < 0 || column >= grid.across || row >= grid.up) return nullptr;
+    const auto& block = blocks_[static_cast<std::size_t>(row * grid.across + column)];
+    return block ? &(*block)->mesh : nullptr;
+  };
+  return std::optional<Above>(
+      Above{std::move(ground_), joined_mesh({grid.across, grid.up, static_cast<std::int32_t>(side), mesh_at})});
 }
 
 std::vector<proto::TileAddress> GatheredBlocks::those_with_a_mesh() const {

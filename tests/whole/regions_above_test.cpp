@@ -1,0 +1,63 @@
+// Levels above the blocks of rasters that are more than one ground may hold: region by region.
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "pipeline/plan/block_grid.h"
+#include "tests/whole/above_blocks.h"
+
+namespace cordillera::whole {
+namespace {
+
+using testing::IsEmpty;
+
+constexpr std::int32_t kQuarter = 1024;  // two blocks a way
+
+TEST(Regions, hold_the_laws_with_holes_and_islands) {
+  constexpr std::int64_t kNode = 2 * kTile;
+  const Corner corner{13, 4500 * kNode - 350, 3000 * kNode + 300};
+  const HeightOf ground = rough(4), gaps = rough(9);
+  const auto height = [=](int c, int r) {
+    const bool hole = std::hypot(c - 350, r - 280) < 40 || (c > 900 && c < 1400 && gaps(3 * c, 3 * r) > 900);
+    return hole || (c > 1400 && c < 4700 && std::hypot(c - 4300, r - 1400) > 90) ? kNoData : ground(c, r);
+  };
+  const Built built = build_dem(points_of(corner, 5000, 2300, height), exact(15), kSmallBlock, kQuarter);
+  EXPECT_EQ(built.plan.block_level(), 12u);
+  EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty());
+  expect_promise_above_blocks(built);
+}
+
+// Sides of regions have a level's vertices more, and lie elsewhere on the next one.
+TEST(Regions, cost_few_triangles) {
+  const Dem dem = points_of({13, 4500 * kTile - 350, 3000 * kTile + 300}, 2600, 2100, rough(8));
+  const Built one = build_dem(dem, exact(10), kSmallBlock), regions = build_dem(dem, exact(10), kSmallBlock, kQuarter);
+  for (const int z : {12, 13}) EXPECT_EQ(regions.triangles(z), one.triangles(z)) << "level " << z;
+  for (const int z : {11, 10})
+    EXPECT_LE(static_cast<double>(regions.triangles(z)), 1.1 * static_cast<double>(one.triangles(z))) << "level " << z;
+  for (int k = 0; k < regions.manifest.levels_size(); ++k) {
+    const proto::LevelSummary &level = regions.manifest.levels(k), &same = one.manifest.levels(k);
+    EXPECT_LT(level.rmse(), 1.15 * same.rmse()) << "level " << level.level();
+    EXPECT_GT(level.rmse(), 0.5 * same.rmse()) << "level " << level.level();
+  }
+}
+
+TEST(Regions, go_around_the_earth_and_to_its_poles) {
+  const Built built = build_dem(all_around(2880, 1440, 90), exact(1500), kSmallBlock, kQuarter);
+  EXPECT_TRUE(pipeline::grid_of(built.plan).closes);
+  EXPECT_THAT(judge_wide(built), IsEmpty());
+  expect_promise_above_blocks(built);
+}
+
+// A quarter of the default size is 8,192 samples: what lies between two islands is not made.
+TEST(Regions, hold_islands_that_are_far_apart) {
+  const HeightOf ground = rough(5);
+  const auto height = [=](int c, int r) { return c < 300 || c > 66700 ? 0.1 * ground(c, r) : kNoData; };
+  const Built built =
+      build_dem(points_of({13, 500 * 2 * kTile - 100, 6000 * kTile + 150}, 67000, 30, height), exact(5), kSmallBlock);
+  EXPECT_FALSE(pipeline::has_one_ground(built.plan));
+  EXPECT_THAT(judge_wide(built), IsEmpty());
+  expect_promise_above_blocks(built);
+}
+
+}  // namespace
+}  // namespace cordillera::whole
