@@ -31,7 +31,10 @@ def stages(given):
     """[(number, parts)] of the stages, from below."""
     if not shutil.which(given.program):
         sys.exit(f"{os.path.basename(sys.argv[0])}: {given.program} is not in PATH; say --program")
-    listed = json.loads(subprocess.run([given.program, "tasks", given.here or given.plan, "--json"], check=True, stdout=subprocess.PIPE).stdout)
+    tasks = subprocess.run([given.program, "tasks", given.here or given.plan, "--json"], stdout=subprocess.PIPE)
+    if tasks.returncode != 0:
+        sys.exit(tasks.returncode)  # the program has said why
+    listed = json.loads(tasks.stdout)
     return [(s["stage"], max(1, min(math.ceil(s["cost"] / given.samples), s["tasks"], given.parts))) for s in listed]
 
 

@@ -3,13 +3,16 @@
 
   deploy/kubernetes/jobs.py /vsis3/bucket/plan -o /vsis3/bucket/dem.sqlite --image REGISTRY/cordillera --secret storage-keys > jobs.yaml
 
-Each document is JSON, which is YAML too. Needs Kubernetes 1.29 or newer (backoffLimitPerIndex)."""
+A stream of YAML whose documents are JSON. Needs Kubernetes 1.29 or newer (backoffLimitPerIndex)."""
 import json
 import os
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 import stages  # noqa: E402
+
+GROUP = 990  # of cordillera in deploy/Dockerfile
+SCRATCH = "/scratch"
 
 
 def job(given, name, arguments, parts, gpu):
@@ -24,6 +27,8 @@ def job(given, name, arguments, parts, gpu):
         claim, _, path = given.volume.partition(":")
         container["volumeMounts"] = [{"name": "data", "mountPath": path}]
         pod["volumes"] = [{"name": "data", "persistentVolumeClaim": {"claimName": claim}}]
+        # A new volume belongs to root. Once its top folder has the group, pods do not walk through all of the plan again.
+        pod["securityContext"] = {"fsGroup": GROUP, "fsGroupChangePolicy": "OnRootMismatch"}
     return {
         "apiVersion": "batch/v1", "kind": "Job",
         "metadata": {"name": name, "labels": {"app": "cordillera", "plan": given.name}},
@@ -41,10 +46,23 @@ def job(given, name, arguments, parts, gpu):
     }
 
 
+def with_scratch(given, publish):
+    """The dataset is put together in TMPDIR: a volume of its own, so that the node is one that has room for it."""
+    pod = publish["spec"]["template"]["spec"]
+    container = pod["containers"][0]
+    container["env"] = [*container["env"], {"name": "TMPDIR", "value": SCRATCH}]
+    container.setdefault("volumeMounts", []).append({"name": "scratch", "mountPath": SCRATCH})
+    empty = {}
+    if given.scratch:
+        container["resources"]["requests"]["ephemeral-storage"] = empty["sizeLimit"] = f"{given.scratch}Gi"
+    pod.setdefault("volumes", []).append({"name": "scratch", "emptyDir": empty})
+    return publish
+
+
 def jobs(given):
     for stage, parts in stages.stages(given):
         yield job(given, f"{given.name}-{stage}", stages.work(given, stage, parts), parts, given.gpu and stage == 0)
-    yield job(given, f"{given.name}-publish", stages.publish(given), 1, False)
+    yield with_scratch(given, job(given, f"{given.name}-publish", stages.publish(given), 1, False))
 
 
 def main():
@@ -52,7 +70,10 @@ def main():
     words.add_argument("--secret", help="a Secret whose entries become variables: keys of the storage")
     words.add_argument("--volume", metavar="CLAIM:PATH", help="a PersistentVolumeClaim and where tasks see it, for a plan that is a folder")
     words.add_argument("--parallel", type=int, default=1000, help="most pods of a stage at the same time [1000]")
-    print("\n---\n".join(json.dumps(document, indent=2) for document in jobs(words.parse_args())))
+    words.add_argument("--scratch", type=int, metavar="GIB", help="room for the dataset on the node that publishes it [not asked for: what the node has]")
+    for document in jobs(words.parse_args()):
+        # Before the first one, too: kubectl takes a stream that begins with a brace for JSON, and stops at the second document.
+        print("---\n" + json.dumps(document, indent=2))
 
 
 if __name__ == "__main__":

@@ -15,6 +15,12 @@ for variable in $(sed -n 's/^ENV //p' "$file"); do
   grep -qE -- "(^|[ ,])$option\b" "$work/options" || fail "serve has no $option"
 done
 
+# Kubernetes' runAsNonRoot takes no name, and a volume gets the group of jobs.py.
+user=$(sed -n 's/^USER //p' "$file")
+[[ $user =~ ^([1-9][0-9]*):([1-9][0-9]*)$ ]] || fail "USER $user is no number of a user and of a group"
+grep -q -- "--uid ${BASH_REMATCH[1]} --gid ${BASH_REMATCH[2]} " "$file" || fail "there is no user $user"
+grep -q "^GROUP = ${BASH_REMATCH[2]} " "$repository/deploy/kubernetes/jobs.py" || fail "jobs.py has another group"
+
 # Its look at the health of the service, on a service.
 start_server "$build"
 health() { sed -n 's/^HEALTHCHECK .* CMD //p' "$file" | python3 -c 'import json, subprocess, sys

@@ -15,7 +15,7 @@ deploy=$repository/deploy
 python3 "$here/../slurm/make_rasters.py" "$work/dem" 12
 "$program" plan "$work/dem" -o "$work/plan" --name jobs --max-level 13 --error 4 --vertical-datum ellipsoid -q
 words=("$work/plan" -o "$work/out" --image example.org/cordillera:1 --samples 1000000 --env AWS_REGION=eu-central-1 --program "$program")
-"$deploy/kubernetes/jobs.py" "${words[@]}" --gpu --secret keys --volume claim:/data > "$modules/jobs.yaml"
+"$deploy/kubernetes/jobs.py" "${words[@]}" --gpu --secret keys --volume claim:/data --scratch 7 > "$modules/jobs.yaml"
 node "$modules/kubernetes.mjs" "$modules/jobs.yaml"
 "$deploy/aws-batch/jobs.py" "${words[@]}" --gpu --queue queue --role arn:aws:iam::123456789012:role/cordillera --into "$work/requests"
 aws=0
@@ -27,7 +27,7 @@ python3 "$here/jobs/aws.py" "$work/requests" || aws=$?
 python3 - "$program" "$work/jobs.yaml" << 'EOF'
 import json, os, subprocess, sys
 program, file = sys.argv[1:]
-for text in open(file, encoding="utf-8").read().split("\n---\n"):
+for text in ("\n" + open(file, encoding="utf-8").read()).split("\n---\n")[1:]:
     spec = json.loads(text)["spec"]
     for index in reversed(range(spec["completions"])):
         subprocess.run([program] + spec["template"]["spec"]["containers"][0]["args"], check=True, env={**os.environ, "JOB_COMPLETION_INDEX": str(index)})
@@ -36,5 +36,19 @@ EOF
 diff -r -x manifest.json "$work/one" "$work/out"
 code=0
 JOB_COMPLETION_INDEX=99 "$program" work "$work/plan" --stage 0 --part array/3 -q 2> "$work/said" || code=$?
-[[ $code == 2 ]] && grep -q 99/3 "$work/said"
+[[ $code == 2 ]]
+grep -q 99/3 "$work/said"
+# A plan that cannot be read is told in the program's words.
+code=0
+"$deploy/kubernetes/jobs.py" "$work/none" "${words[@]:1}" > "$work/nothing.yaml" 2> "$work/said" || code=$?
+[[ $code != 0 ]]
+grep -q "$work/none" "$work/said"
+if grep Traceback "$work/said"; then exit 1; fi
+
+# run.sh, started again while the first stage runs: that Job is not touched but to be resumed, and the others are made.
+PATH=$here/jobs/made:$PATH JOBS=$work/cluster python3 "$here/jobs/made/kubectl" begin "$(sed -n 's/^    "name": "\(.*\)",$/\1/p' "$work/jobs.yaml" | head -n 1)"
+PATH=$here/jobs/made:$PATH JOBS=$work/cluster "$deploy/kubernetes/run.sh" "$work/jobs.yaml" -n there > "$work/said"
+if grep suspended "$work/said"; then exit 1; fi
+[[ $(ls "$work/cluster") == "$(sed -n 's/^    "name": "\(.*\)",$/\1/p' "$work/jobs.yaml" | sort)" ]]
+if grep -L '"complete"' "$work"/cluster/* | grep .; then exit 1; fi
 exit $aws
