@@ -131,6 +131,9 @@ TEST(Metrics, TheDashboardAsksForNoOthers) {
   const Json dashboard = Json::parse(file_text(std::filesystem::path(CORDILLERA_SOURCE_DIR) / "deploy" / "grafana.json"));
   const std::set<std::string> asked = names_asked_for(dashboard);
   EXPECT_GT(asked.size(), 20u);
+  for (const char* name : {"datasets_damaged", "store_damaged_total", "changes_waiting", "tile_wait_seconds_bucket", "live_bytes",
+                           "live_forgotten_total", "live_asked_total"})
+    EXPECT_TRUE(asked.contains(std::string("cordillera_") + name)) << name << " is shown nowhere";
   for (const std::string& name : asked) {
     EXPECT_TRUE(!family_of(text, name).empty()) << "the dashboard asks for " << name << ", which /metrics does not have";
   }
