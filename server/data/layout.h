@@ -10,6 +10,7 @@ namespace cordillera::server {
 /// In a dataset's folder: what its job is told, and what the job makes.
 inline constexpr const char* kJobFile = "job.json";
 inline constexpr const char* kOthersWaitFile = "others-wait";  ///< is there while other builds wait for the end of this job
+inline constexpr const char* kUnderWayFile = "under-way";      ///< how often the service ended while the job ran
 inline constexpr const char* kStoreFile = "dataset.sqlite";
 /// Provisional tiles, a store like the other: whole or not there. Beside it, while it is made, one with another name.
 inline constexpr const char* kProvisionalStore = "provisional.sqlite";

@@ -306,7 +306,8 @@ void Ledger::tidy(const std::string& id, std::size_t keep) {
   }
   // What is being built goes on there.
   if (changes->pending_size() > 0)
-    named.insert({folder / kTargetFile, folder / kJobFile, folder / kNextStore, folder / (std::string(kNextStore) + "-wal")});
+    named.insert({folder / kTargetFile, folder / kJobFile, folder / kUnderWayFile, folder / kNextStore,
+                  folder / (std::string(kNextStore) + "-wal")});
   const bool shows_first = changes->pending_size() > 0 && !*served;
   std::error_code ignored;
   for (const fs::path& place : places) {

@@ -7,6 +7,7 @@
 
 #include "pipeline/store/mesh_files.h"
 #include "server/datasets/dataset_folder.h"
+#include "server/jobs/underway.h"
 #include "server/log/log.h"
 #include "server/metrics/stage_clock.h"
 
@@ -44,7 +45,7 @@ JobQueue::JobQueue(Parts parts, unsigned concurrency)
       registry_(parts.registry),
       hub_(parts.hub),
       metrics_(parts.metrics),
-      runner_(telling_no_places(std::move(parts.runner))),
+      runner_(telling_no_places(noting_ends(std::move(parts.runner)))),
       limits_(parts.limits),
       ledger_(parts.ledger),
       fetch_(std::move(parts.fetch)),
@@ -297,6 +298,9 @@ JobQueue::Next JobQueue::run(const Turn& turn) {
   Row dataset = registry_.find(id);
   if (dataset) {
     const LogScope job("job", id), request("request", dataset->request_id);
+    if (const auto ended = refuse_deadly(*dataset, turn)) return *ended;
+    const auto alone = last_try(id);
+    if (!alone) return flag.reset(), later(kLookAgain, turn), Next::done;
     if (const auto ended = have_raster(*dataset, turn, *flag)) return *ended;
     if (!dataset->address.empty()) dataset = registry_.find(id);
     if (!dataset) return Next::done;

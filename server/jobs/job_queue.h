@@ -169,6 +169,8 @@ class JobQueue {
   bool waits_for_readers(const Dataset& dataset) const;
   void forget_store(const std::string& id);
   void finish(const Dataset& dataset, const proto::Result<std::optional<proto::Estimate>>& outcome);
+  std::optional<Next> refuse_deadly(const Dataset& dataset, const Turn& turn);
+  std::shared_ptr<void> last_try(const std::string& id);
   using Outcome = proto::Result<std::optional<proto::Estimate>>;
   struct Circumstances {
     metrics::StageClock& clock;
@@ -212,6 +214,7 @@ class JobQueue {
   unsigned first_looks_ = 0;                         ///< that wait: at rasters of which nothing is shown
   std::set<std::string> anew_;                       ///< ids whose rasters are to be fetched again
   std::set<std::string> as_whole_;                   ///< those of them that are not fetched by ranges then
+  std::atomic<bool> last_try_{false};                ///< one is under way
   std::map<std::string, Clock::time_point> posted_;  ///< those of this process that show nothing yet
   std::atomic<bool> stopping_{false};
   const unsigned concurrency_;

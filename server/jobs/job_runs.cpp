@@ -4,6 +4,7 @@
 #include "server/http/json.h"
 #include "server/jobs/job_queue.h"
 #include "server/jobs/turn.h"
+#include "server/jobs/underway.h"
 #include "server/log/log.h"
 #include "server/metrics/stage_clock.h"
 
@@ -59,6 +60,30 @@ proto::Job job_of(const Dataset& dataset) {
   return job;
 }
 
+/// Of a build that the service ended with again and again: what it comes to.
+std::optional<JobQueue::Next> JobQueue::refuse_deadly(const Dataset& dataset, const Turn& turn) {
+  const std::filesystem::path folder = layout_.dataset(dataset.id);
+  if (unsaid_ends(folder) < kMostUnsaidEnds) return std::nullopt;
+  const Outcome crashed = proto::Problem{"job-crashed",
+                                         "the service was killed " + std::to_string(kMostUnsaidEnds) +
+                                             " times while this was built, and nothing of it was "
+                                             "done in between: it may need more memory than the service has",
+                                         "a smaller raster, more memory for the service, or posting it again", ""};
+  forget_unsaid_ends(folder);
+  if (const auto change = ledger_.holds(dataset.id) ? ledger_.first(dataset.id) : std::nullopt)
+    return settle(dataset, *change, crashed, turn);
+  if (dataset.state == State::queued || dataset.state == State::running) finish(dataset, crashed);
+  return Next::done;
+}
+
+/// The service may have ended for another build that ran beside this one. So of those that would fail with the next end one runs
+/// at a time. Null: one does.
+std::shared_ptr<void> JobQueue::last_try(const std::string& id) {
+  if (unsaid_ends(layout_.dataset(id)) + 1 < kMostUnsaidEnds) return std::make_shared<int>();
+  if (last_try_.exchange(true)) return nullptr;
+  return {this, [](void* queue) { static_cast<JobQueue*>(queue)->last_try_ = false; }};
+}
+
 /// A look at a raster whose build waits for others: steps of provisional tiles. Who shows some gives way to who shows none.
 JobQueue::Next JobQueue::look_at(const std::string& id) {
   const auto flag = begin(id, Work::look);
@@ -72,6 +97,7 @@ JobQueue::Next JobQueue::look_at(const std::string& id) {
   job.set_raster(dataset->raster);
   job.set_dry_run(true);
   const std::filesystem::path folder = layout_.dataset(id);
+  if (unsaid_ends(folder) > 0) return Next::done;  // one look more than its build would be one end more
   const auto rasters = sources_of(*dataset, job);
   limit(job, folder);
   if (!write_job(folder, job)) return Next::done;
