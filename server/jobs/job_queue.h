@@ -33,6 +33,9 @@ class StageClock;
 /// and it may be large; a child that was killed leaves other files, too.
 void keep_store_alone(const std::filesystem::path& folder);
 
+/// Datasets that have failed are kept to be asked about. Of more than these the oldest go.
+inline constexpr std::size_t kMostFailed = 1000;
+
 /// What is the disk's or the system's fault and not the raster's: the upload was accepted, so the build waits for better days.
 /// attempt: how many were in vain.
 bool is_passing(const proto::Problem& problem, int attempt);
@@ -169,6 +172,7 @@ class JobQueue {
   bool waits_for_readers(const Dataset& dataset) const;
   void forget_store(const std::string& id);
   void finish(const Dataset& dataset, const proto::Result<std::optional<proto::Estimate>>& outcome);
+  void forget_oldest_failed();
   std::optional<Next> refuse_deadly(const Dataset& dataset, const Turn& turn);
   std::shared_ptr<void> last_try(const std::string& id);
   using Outcome = proto::Result<std::optional<proto::Estimate>>;

@@ -8,6 +8,9 @@ namespace {
 
 using proto::Problem;
 
+/// What has failed keeps nothing but its row, and the queue bounds those.
+std::size_t kept_of(const StateCounts& counts) { return counts.queued + counts.running + counts.ready; }
+
 std::string at_most(std::uint32_t count, const char* what) { return "at most " + std::to_string(count) + " " + what; }
 
 }  // namespace
@@ -16,7 +19,7 @@ InUse Admission::in_use() const {
   const StateCounts counts = registry_.counts();
   InUse now;
   now.queue = counts.queued;
-  now.datasets = counts.queued + counts.running + counts.ready + counts.failed;
+  now.datasets = kept_of(counts);
   const std::lock_guard lock(mutex_);
   now.uploads = uploads_ + parts_;
   return now;
@@ -31,8 +34,7 @@ proto::Problem storage_full(const std::string& why) {
 
 std::optional<Problem> Admission::refused_fresh() const {
   const StateCounts counts = registry_.counts();
-  const std::size_t datasets = counts.queued + counts.running + counts.ready + counts.failed + uploads_;
-  if (datasets >= limits_.datasets) {
+  if (kept_of(counts) + uploads_ >= limits_.datasets) {
     return Problem{"datasets-full", "this service holds as many datasets as it may",
                    at_most(limits_.datasets, "datasets; remove one by DELETE"), ""};
   }

@@ -145,6 +145,32 @@ TEST(Limits, Datasets) {
   EXPECT_EQ(test.get("/readyz").status, 503);
 }
 
+TEST(Limits, WhatFailedTakesNoPlaceOfADataset) {
+  Settings settings;
+  settings.serve.limits.datasets = 2;
+  TestService test(settings);
+  for (int k = 0; k < 3; ++k) EXPECT_EQ(test.post("BAD", {}, kWait).status, 422);
+  EXPECT_EQ(test.get("/readyz").status, 200);
+  EXPECT_EQ(body_of(test.get("/v1/limits"))["in_use"]["max_datasets"], 0);
+  EXPECT_EQ(test.post("GOOD", {}, kWait).status, 201);
+}
+
+TEST(Limits, OfMoreThanAThousandThatFailedTheOldestGo) {
+  TestService test;
+  Registry& registry = test.service().registry();
+  Dataset old;
+  old.state = State::failed;
+  for (int k = 0; k < 1000; ++k) {
+    old.id = "old-" + std::to_string(k);
+    ASSERT_TRUE(registry.add(old));
+  }
+  EXPECT_EQ(test.post("BAD", {}, kWait).status, 422);
+  ASSERT_TRUE(eventually([&] { return !registry.find("old-0"); }));
+  EXPECT_EQ(test.get("/v1/datasets/old-0").status, 404);
+  EXPECT_EQ(test.get("/v1/datasets/old-1").status, 200);
+  EXPECT_EQ(registry.counts().failed, 1000u);
+}
+
 TEST(Limits, ShareOfTheDisk) {
   Settings settings;
   settings.serve.limits.free_percent = 100;
