@@ -164,9 +164,11 @@ proto::Result<std::unique_ptr<Registry>> Registry::open(const std::string& path)
 
 std::unique_ptr<Registry> Registry::read_only(const std::string& path) { return RegistryFile::read_only(path); }
 
+std::optional<proto::Problem> Registry::refused(const std::string& path) { return RegistryFile::refused(path); }
+
 void Registry::copy(const std::string& from, const std::string& to) {
   try {
-    pipeline::Database(from, pipeline::Database::Mode::shared).copy_to(to);
+    pipeline::Database(from, RegistryFile::to_read(from)).copy_to(to);
   } catch (const pipeline::StoreError& error) { throw RegistryError("cannot copy " + from + ": " + error.what()); }
 }
 

@@ -71,6 +71,8 @@ class Registry {
   static std::unique_ptr<Registry> read_only(const std::string& path);
   /// The file as it stands, into a new one, while a server may be using it.
   static void copy(const std::string& from, const std::string& to);
+  /// What open() would say of a file that is there; changes nothing.
+  static std::optional<proto::Problem> refused(const std::string& path);
   virtual ~Registry() = default;
   /// False if the id, or the owner's idempotency key, is taken. True: the row is in the file itself, not in its log alone.
   virtual bool add(const Dataset& dataset) = 0;

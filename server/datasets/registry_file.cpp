@@ -1,6 +1,9 @@
 #include "server/datasets/registry_file.h"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <filesystem>
 #include <new>
 
 #include "server/http/json.h"
@@ -144,12 +147,31 @@ proto::Result<std::unique_ptr<RegistryFile>> RegistryFile::open(const std::strin
   return unusable(path, error.what());
 }
 
+/// SQLite wants to put files beside one that has a log. Where nobody may, as in a snapshot, the file alone says all, unless a log
+/// is left.
+Database::Mode RegistryFile::to_read(const std::string& path) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::path(path).parent_path();
+  std::error_code error;
+  if (::access(folder.empty() ? "." : folder.c_str(), W_OK) == 0 || fs::exists(path + "-shm", error))
+    return Database::Mode::shared;
+  const auto log = fs::file_size(path + "-wal", error);
+  return error || log == 0 ? Database::Mode::published : Database::Mode::shared;
+}
+
+std::optional<proto::Problem> RegistryFile::refused(const std::string& path) try {
+  Database database(path, to_read(path));
+  if (auto other = check_kind(database, path)) return other;
+  const std::string damage = damage_in(database);
+  return damage.empty() ? std::nullopt : std::optional(unusable(path, damage));
+} catch (const StoreError& error) { return unusable(path, error.what()); }
+
 std::unique_ptr<RegistryFile> RegistryFile::read_only(const std::string& path) try {
-  return std::unique_ptr<RegistryFile>(new RegistryFile(path, Database::Mode::shared));
+  return std::unique_ptr<RegistryFile>(new RegistryFile(path, to_read(path)));
 } catch (const StoreError& error) { throw RegistryError("cannot read " + path + ": " + error.what()); }
 
 std::string RegistryFile::why_not_ours(const std::string& path) try {
-  Database database(path, Database::Mode::shared);
+  Database database(path, to_read(path));
   if (const std::string damage = damage_in(database); !damage.empty()) return damage;
   // A later version's table may be another one.
   const bool marked = database.integer("PRAGMA application_id") == kApplicationId;

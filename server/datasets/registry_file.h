@@ -1,6 +1,7 @@
 #pragma once
 // The registry's SQLite file: each call reads or writes it.
 #include <mutex>
+#include <optional>
 
 #include "pipeline/store/sqlite.h"
 #include "server/datasets/registry.h"
@@ -12,6 +13,10 @@ class RegistryFile : public Registry {
   /// Brings the tables to this version, all of it or nothing.
   static proto::Result<std::unique_ptr<RegistryFile>> open(const std::string& path);
   static std::unique_ptr<RegistryFile> read_only(const std::string& path);
+  /// How the file is opened to be read, by whoever may write it or not.
+  static pipeline::Database::Mode to_read(const std::string& path);
+  /// Why a server of this version would not start on it. Changes nothing.
+  static std::optional<proto::Problem> refused(const std::string& path);
   /// Why a file is no registry, of whatever version; empty: it is one, or there is no room on its disk to look.
   static std::string why_not_ours(const std::string& path);
 

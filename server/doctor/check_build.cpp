@@ -39,19 +39,27 @@ class Scratch {
   explicit Scratch(const fs::path& data) {
     std::error_code error;
     const bool there = fs::is_directory(data / "incoming", error);
-    folder_ = (there ? data / "incoming" : fs::temp_directory_path(error)) / ("doctor-" + random_letters(12));
+    const fs::path parent = there ? data / "incoming" : fs::temp_directory_path(error);
+    if (!there && error) {
+      trouble_ = "TMPDIR names no folder";
+      return;
+    }
+    folder_ = parent / ("doctor-" + random_letters(12));
     fs::create_directory(folder_, error);
+    if (error) trouble_ = "no folder can be made in " + parent.string() + ": " + error.message();
   }
   ~Scratch() {
     std::error_code ignored;
-    fs::remove_all(folder_, ignored);
+    if (trouble_.empty()) fs::remove_all(folder_, ignored);
   }
   Scratch(const Scratch&) = delete;
   Scratch& operator=(const Scratch&) = delete;
   const fs::path& path() const { return folder_; }
+  const std::string& trouble() const { return trouble_; }
 
  private:
   fs::path folder_;
+  std::string trouble_;  ///< empty: it is there
 };
 
 proto::Job job_of(const Settings& settings) {
@@ -106,6 +114,11 @@ Finding fence() {
 void check_build(const Settings& settings, Findings& findings) {
   findings.push_back(fence());
   const Scratch scratch(settings.serve.data);
+  if (!scratch.trouble().empty()) {
+    findings.push_back(Finding{"build", Health::bad, "a small raster could not be built: " + scratch.trouble(),
+                               "a data folder, or a TMPDIR where there is none yet, that this user can write into"});
+    return;
+  }
   const auto built = build(settings, scratch.path());
   if (built) {
     findings.push_back(Finding{"build", Health::good, *built, ""});

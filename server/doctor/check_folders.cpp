@@ -9,7 +9,9 @@
 #include "server/access/audit.h"
 #include "server/api/documents/web.h"
 #include "server/data/folder_lock.h"
+#include "server/datasets/adoption.h"
 #include "server/datasets/mounts.h"
+#include "server/datasets/registry.h"
 #include "server/doctor/doctor.h"
 #include "server/limits/disk.h"
 #include "server/live/live_notes.h"
@@ -66,6 +68,14 @@ Finding data_folder(const fs::path& data) {
                    "--data with a folder of its own: a new one, an empty one or that of an earlier server"};
   if (is_locked(layout))
     return Finding{"data", Health::bad, "another server uses " + data.string(), "stop it first, or --data with another folder"};
+  auto refused = lost_registry(layout);
+  if (!refused && ours) refused = Registry::refused(layout.registry().string());
+  if (refused) return Finding{"data", Health::bad, refused->detail, refused->accepted};
+  if (const fs::path incoming = layout.incoming(); fs::exists(incoming, error)) {
+    if (const std::string why = cannot_write(incoming); !why.empty())
+      return Finding{"data", Health::bad, incoming.string() + " cannot be written: " + why,
+                     "give all of the folder to the user that the service runs as: chown -R"};
+  }
   return Finding{"data", Health::good, data.string() + (ours ? " is a server's folder" : " can be written"), ""};
 }
 

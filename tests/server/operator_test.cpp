@@ -1,8 +1,10 @@
 // What an operator sees and sets, with the real program: logs, ids, tokens, limits of builds, doctor.
 #include <gmock/gmock.h>
 
+#include <functional>
 #include <set>
 
+#include "pipeline/store/sqlite.h"
 #include "program_fixture.h"
 #include "prometheus_text.h"
 
@@ -214,6 +216,53 @@ TEST_F(Operator, DoctorFindsWhatIsWrong) {
   // A machine without PROJ's database knows no CRS, and builds nothing.
   const Ended blind = shell("PROJ_LIB=/nowhere PROJ_DATA=/nowhere " + kProgram + " doctor --json" + fine);
   EXPECT_EQ(blind.code, 1) << blind.output;
+}
+
+TEST_F(Operator, DoctorAsksWhatServeAsks) {
+  start_server();
+  EXPECT_EQ(post_and_wait(raster_)["state"], "ready");
+  server_.end(SIGTERM);
+  const std::filesystem::path data = folder_.path() / "data", registry = data / "registry.sqlite", kept = folder_.path() / "kept";
+  std::filesystem::copy_file(registry, kept);
+  const auto doctor = [&] {
+    return shell(kProgram + " doctor --json --listen 127.0.0.1:0 --data " + data.string() + " 2>/dev/null");
+  };
+  const auto data_of = [](const Ended& ended) {
+    const Json report = Json::parse(ended.output, nullptr, false);
+    for (const Json& check : report["checks"])
+      if (check["name"] == "data") return check;
+    return Json();
+  };
+  EXPECT_EQ(doctor().code, 0);
+  const std::pair<const char*, std::function<void()>> kTroubles[] = {
+      {"a later version",
+       [&] { pipeline::Database(registry.string(), pipeline::Database::Mode::create).execute("PRAGMA user_version = 99"); }},
+      {"missing", [&] { std::filesystem::remove(registry); }},
+      {"no database", [&] { std::ofstream(registry) << std::string(5000, 'x'); }},
+  };
+  for (const auto& [what, spoil] : kTroubles) {
+    spoil();
+    const Ended ended = doctor();
+    EXPECT_EQ(ended.code, 1) << what << ended.output;
+    const Json found = data_of(ended);
+    EXPECT_EQ(found["health"], "bad") << what << ended.output;
+    EXPECT_FALSE(found.value("advice", "").empty()) << what;
+    const Ended served = shell("timeout 60 " + kProgram + " serve --listen 127.0.0.1:0 --data " + data.string());
+    EXPECT_EQ(served.code, 1) << what << served.output;
+    EXPECT_THAT(served.output, HasSubstr(std::string(found["what"]))) << what;
+    std::filesystem::copy_file(kept, registry, std::filesystem::copy_options::overwrite_existing);
+  }
+  std::filesystem::remove_all(data / "incoming");
+  std::ofstream(data / "incoming") << "no folder: root may write into any";
+  EXPECT_EQ(data_of(doctor())["health"], "bad");
+}
+
+TEST_F(Operator, DoctorSaysWhereItCannotBuild) {
+  const Ended ended =
+      shell("TMPDIR=/nowhere " + kProgram + " doctor --listen 127.0.0.1:0 --data " + (folder_.path() / "new").string());
+  EXPECT_EQ(ended.code, 1) << ended.output;
+  EXPECT_THAT(ended.output, testing::Not(HasSubstr("description")));
+  EXPECT_THAT(ended.output, HasSubstr("TMPDIR"));
 }
 
 /// With a library that plays the driver's in its place.
