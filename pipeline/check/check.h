@@ -17,6 +17,9 @@ using OpenRasters = std::function<proto::Result<std::unique_ptr<raster::Source>>
 /// inside is in the report. Reads the whole file.
 proto::Result<Report> check_store(const std::string& path, const OpenRasters& rasters);
 
+/// The part of it that takes no longer than reading does: pages, the hashes of all bytes, sums of rows. No tile is decoded.
+proto::Result<Report> check_bytes(const std::string& path);
+
 /// A static folder with .drc tiles and the .glb of `build`: no checksums and no records are there; the rest is held to the same
 /// laws.
 proto::Result<Report> check_folder(const std::string& folder, const OpenRasters& rasters);

@@ -36,7 +36,12 @@ int backup_command(const std::string& data, const std::string& output) {
   const auto done = backup(Layout{data}, output);
   if (!done) return fail(done.problem());
   std::cout << output << ": " << counted(*done) << "\n";
-  return kDone;
+  if (done->damaged.empty()) return kDone;
+  std::string names;
+  for (const std::string& id : done->damaged) names += (names.empty() ? "" : ", ") + id;
+  return fail({"store-damaged",
+               "the backup is there, but of these datasets the tiles are damaged, in " + data + " as in it: " + names,
+               "an earlier backup of them, or posting their rasters again; cordillera check says what is damaged", "path"});
 }
 
 int restore_command(const std::string& from, const std::string& data) {

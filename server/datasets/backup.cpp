@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "pipeline/check/check.h"
 #include "pipeline/exports/whole_file.h"
 #include "proto/files.h"
 #include "proto/paths.h"
@@ -71,6 +72,7 @@ class Copy {
       fs::create_directories(to_.dataset(id));
       if (copy_all(id, names_of(id, ready, now->raster))) {
         ready ? ++done_.ready : ++done_.waiting;
+        if (ready) look_for_damage(id);
         return ready ? State::ready : State::queued;
       }
       fs::remove_all(to_.dataset(id));  // it has become ready or was deleted meanwhile: look again
@@ -82,6 +84,11 @@ class Copy {
   const BackedUp& done() const { return done_; }
 
  private:
+  /// In the copy, whose bytes are those that were just read.
+  void look_for_damage(const std::string& id) {
+    const auto report = pipeline::check::check_bytes(to_.store(id).string());
+    if (!report || !report->sound()) done_.damaged.push_back(id);
+  }
   /// A raster that has an address is fetched again where it is not there, or there in parts, or a list of some.
   bool comes_again(const Dataset& dataset) const {
     const fs::path raster = from_.dataset(dataset.id) / dataset.raster;

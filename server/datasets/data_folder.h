@@ -1,5 +1,7 @@
 #pragma once
 // What may be done with a data folder besides serving it: clean it up, copy it while a server uses it.
+#include <string>
+#include <vector>
 
 #include "proto/result.h"
 #include "server/data/layout.h"
@@ -20,8 +22,9 @@ struct Vacuumed {
 proto::Result<Vacuumed> vacuum(const Layout& layout, Orphans orphans);
 
 struct BackedUp {
-  std::uint64_t ready = 0;    ///< datasets with their tiles
-  std::uint64_t waiting = 0;  ///< with their rasters: they are built again where the backup is restored
+  std::uint64_t ready = 0;           ///< datasets with their tiles
+  std::uint64_t waiting = 0;         ///< with their rasters: they are built again where the backup is restored
+  std::vector<std::string> damaged;  ///< those of them whose tiles are not as they were written, in the original, too
 };
 /// A data folder of its own, which a server can be started on: the registry as it stood at one moment, and every dataset that it
 /// names. A server may use the original meanwhile; what is deleted during the copy is left out. `to` appears when all of it is on

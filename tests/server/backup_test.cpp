@@ -7,6 +7,8 @@
 #include <fstream>
 
 #include "fixture.h"
+#include "pipeline/store/sqlite.h"
+#include "server/cli/commands.h"
 #include "server/datasets/data_folder.h"
 
 namespace cordillera::server {
@@ -74,6 +76,50 @@ TEST_F(Backup, ADamagedOneIsToldToBeAtFault) {
   EXPECT_THAT(refused.problem().detail, HasSubstr("live.json is missing from the backup, or is not what was backed up"));
   EXPECT_THAT(refused.problem().accepted, HasSubstr("a backup"));
   EXPECT_FALSE(fs::exists(at("new")));
+}
+
+TEST_F(Backup, SaysWhichTilesAreDamaged) {
+  const std::string id = test_.service().registry().list().front()->id;
+  test_.stop();
+  EXPECT_EQ(backup_command(layout().root, at("backup")), kDone);
+  pipeline::Database(layout().store(id), pipeline::Database::Mode::create)
+      .execute("UPDATE blobs SET bytes = CAST('else' AS BLOB)");
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(backup_command(layout().root, at("damaged")), kFailed);
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_THAT(said, HasSubstr(id));
+  EXPECT_THAT(said, HasSubstr("damaged"));
+  EXPECT_TRUE(fs::exists(at("damaged/backup.json"))) << "the others are worth a backup";
+}
+
+/// A snapshot, a disk that is mounted to be read alone.
+TEST_F(Backup, IsMadeOfAFolderThatNobodyMayWrite) {
+  test_.stop();
+  ASSERT_FALSE(fs::exists(layout().registry().string() + "-wal"));
+  constexpr auto kRead = fs::perms::owner_read | fs::perms::group_read | fs::perms::others_read;
+  constexpr auto kEnter = fs::perms::owner_exec | fs::perms::group_exec | fs::perms::others_exec;
+  fs::create_directory(at("out"));
+  fs::permissions(at("out"), fs::perms::all);
+  fs::permissions(test_.folder(), kRead | kEnter);
+  for (const auto& entry : fs::recursive_directory_iterator(test_.data()))
+    fs::permissions(entry.path(), entry.is_directory() ? kRead | kEnter : kRead);
+  fs::permissions(test_.data(), kRead | kEnter);
+  constexpr uid_t kNobody = 65534;
+  const pid_t other = fork();  // root may write anywhere
+  if (other == 0) {
+    bool done = geteuid() != 0 || setuid(kNobody) == 0;
+    try {
+      done = done && backup_command(layout().root, at("out/backup")) == kDone;
+      done = done && Registry::read_only(layout().registry())->list().size() == 1;  // as check reads it
+    } catch (const std::exception&) { done = false; }
+    _exit(done ? 0 : 1);
+  }
+  int status = 0;
+  waitpid(other, &status, 0);
+  for (const fs::path& folder : {test_.folder(), test_.data()}) fs::permissions(folder, fs::perms::all);
+  for (const auto& entry : fs::recursive_directory_iterator(test_.data())) fs::permissions(entry.path(), fs::perms::all);
+  EXPECT_EQ(status, 0);
+  EXPECT_TRUE(fs::exists(at("out/backup/registry.sqlite")));
 }
 
 TEST_F(Backup, ItMayNotLieInWhatItCopies) {
