@@ -1,6 +1,7 @@
 #include "pipeline/exports/mbtiles.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "pipeline/encode/json.h"
 #include "pipeline/exports/archive_metadata.h"
@@ -31,6 +32,28 @@ CREATE UNIQUE INDEX metadata_name ON metadata(name);
 CREATE VIEW tiles AS SELECT zoom_level, tile_column, tile_row, tile_data FROM map JOIN images ON images.tile_id = map.tile_id;
 )";
 
+/// To write the archive: what SQLite complains of is not the store that is read.
+class MbtilesOutput {
+ public:
+  MbtilesOutput(const std::string& path, const fs::path& sibling) : path_(path) {
+    write([&] {
+      database_.emplace(sibling.string(), Database::Mode::create);
+      database_->execute(kTables);
+    });
+  }
+  Database& database() { return *database_; }
+  template <class Work>
+  void write(const Work& work) const {
+    try {
+      work();
+    } catch (const StoreError& error) { throw Refused{unwritable(path_, error.what())}; }
+  }
+
+ private:
+  const std::string& path_;
+  std::optional<Database> database_;
+};
+
 struct Zooms {
   int least = 99, most = 0;
 };
@@ -40,10 +63,10 @@ struct MapTile {
   std::string id, bytes;
 };
 
-Zooms write_tiles(const faces::Terrain& terrain, const faces::Face& face, unsigned threads, Database& database) {
+Zooms write_tiles(const faces::Terrain& terrain, const faces::Face& face, unsigned threads, MbtilesOutput& output) {
   const faces::Resource& tiles = *tiles_of(face);
-  Statement image(database, "INSERT OR IGNORE INTO images VALUES (CAST(? AS TEXT), ?)");
-  Statement place(database, "INSERT OR IGNORE INTO map VALUES (?, ?, ?, CAST(? AS TEXT))");
+  Statement image(output.database(), "INSERT OR IGNORE INTO images VALUES (CAST(? AS TEXT), ?)");
+  Statement place(output.database(), "INSERT OR IGNORE INTO map VALUES (?, ?, ?, CAST(? AS TEXT))");
   Zooms zooms;
   faces::Batches<MapTile> all(
       threads,
@@ -53,8 +76,10 @@ Zooms write_tiles(const faces::Terrain& terrain, const faces::Face& face, unsign
         tile.bytes = tiles.type == faces::kVectorTile ? gzip(document.bytes) : std::string(document.bytes);
       },
       [&](MapTile& tile) {
-        image.bind(tile.id, tile.bytes).run();
-        place.bind(tile.at.z, tile.at.x, proto::tiles_up(tile.at.z) - 1 - tile.at.y, tile.id).run();
+        output.write([&] {
+          image.bind(tile.id, tile.bytes).run();
+          place.bind(tile.at.z, tile.at.x, proto::tiles_up(tile.at.z) - 1 - tile.at.y, tile.id).run();
+        });
         zooms = {std::min(zooms.least, tile.at.z), std::max(zooms.most, tile.at.z)};
       });
   each_place(terrain, face, tiles, threads, [&](const faces::Place& at) { all.add({at, {}, {}}); });
@@ -62,13 +87,13 @@ Zooms write_tiles(const faces::Terrain& terrain, const faces::Face& face, unsign
   return zooms;
 }
 
-void write_metadata(const faces::Terrain& terrain, const faces::Face& face, Zooms zooms, Database& database) {
+void write_metadata(const faces::Terrain& terrain, const faces::Face& face, Zooms zooms, MbtilesOutput& output) {
   const proto::Manifest& manifest = terrain.manifest();
   const faces::Resource& tiles = *tiles_of(face);
   const Extent extent = extent_of(manifest, tiles.grid);
-  Statement row(database, "INSERT INTO metadata VALUES (CAST(? AS TEXT), CAST(? AS TEXT))");
+  Statement row(output.database(), "INSERT INTO metadata VALUES (CAST(? AS TEXT), CAST(? AS TEXT))");
   const auto say = [&](const std::string& name, const std::string& value) {
-    if (!value.empty()) row.bind(name, value).run();
+    if (!value.empty()) output.write([&] { row.bind(name, value).run(); });
   };
   say("name", title_of(manifest));
   say("format", format_name(tiles));
@@ -98,11 +123,10 @@ bool fits_mbtiles(const faces::Face& face) {
 proto::Result<void> write_mbtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path, Existing other,
                                   unsigned threads) {
   return write_export(path, other, [&](const fs::path& sibling) {
-    Database database(sibling.string(), Database::Mode::create);
-    database.execute(kTables);
-    Transaction all(database);
-    write_metadata(terrain, face, write_tiles(terrain, face, threads, database), database);
-    all.commit();
+    MbtilesOutput output(path, sibling);
+    Transaction all(output.database());
+    write_metadata(terrain, face, write_tiles(terrain, face, threads, output), output);
+    output.write([&] { all.commit(); });
   });
 }
 

@@ -16,9 +16,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-proto::Problem unwritable(const std::string& path, const std::string& why) {
-  return {"output-failed", "cannot write " + path + ": " + why,
-          "a file in a folder that can be written, on a disk with free space", "--output"};
+proto::Problem damaged(const StoreError& damage) {
+  proto::Problem problem{"store-damaged", "what is exported is damaged: ",
+                         "a backup, or the raster built again; cordillera check says what is damaged", "path"};
+  problem.detail += damage.what();
+  return problem;
 }
 
 bool is_alive(pid_t process) { return kill(process, 0) == 0 || errno == EPERM; }
@@ -32,6 +34,11 @@ std::optional<pid_t> process_of(std::string_view name, std::string_view before, 
 }
 
 }  // namespace
+
+proto::Problem unwritable(const std::string& path, const std::string& why) {
+  return {"output-failed", "cannot write " + path + ": " + why,
+          "a file in a folder that can be written, on a disk with free space", "--output"};
+}
 
 faces::Document made(const faces::Terrain& terrain, const faces::Resource& resource, const faces::Place& place) {
   if (terrain.is_stopped()) throw Refused{kStopped};
@@ -72,7 +79,8 @@ proto::Result<void> write_export(const std::string& path, Existing other,
   if (const auto usable = check_output_file(path, other); !usable) return usable;
   std::error_code error;
   const fs::path place = proto::behind_link(path, error);
-  const std::string before = "." + place.filename().string() + ".";
+  std::string before = ".";
+  before.append(place.filename().string()).append(".");
   remove_left_behind(place.parent_path(), before, {".partial", ".partial.tiles", ".partial-journal"});
   const TemporaryFile sibling(place.parent_path() / (before + std::to_string(getpid()) + ".partial"));
   fs::remove(sibling.path(), error);
@@ -84,7 +92,9 @@ proto::Result<void> write_export(const std::string& path, Existing other,
     return unwritable(path, e.code().message());
   } catch (const std::ios_base::failure&) {
     return unwritable(path, "no room, or its folder cannot be written");
-  } catch (const StoreError& e) { return unwritable(path, e.what()); }
+  } catch (const StoreError& e) {  // of what is read: a writer of another database says Refused
+    return damaged(e);
+  }
 }
 
 std::ofstream opened(const fs::path& path) {

@@ -26,6 +26,9 @@ inline const proto::Problem kStopped{"cancelled", "the export was stopped, and n
 /// stopped; StoreError where nothing is there.
 faces::Document made(const faces::Terrain& terrain, const faces::Resource& resource, const faces::Place& place);
 
+/// "output-failed".
+proto::Problem unwritable(const std::string& path, const std::string& why);
+
 /// Whether write_export would take the path: to be asked before hours of work.
 proto::Result<void> check_output_file(const std::string& path, Existing other);
 

@@ -49,6 +49,11 @@ class Pieces {
   ByteRange part_;
 };
 
+/// Of damage it is said where all damage is.
+Response archive_refusal(Service& service, const std::string& id, const proto::Problem& why) {
+  return problem_response(why.type == "store-damaged" ? service.library().damaged(id, "no archive: " + why.detail) : why);
+}
+
 Response still_made() {
   return problem_response({"archive-not-ready", "the archive is being made", "asking again in a moment", ""});
 }
@@ -94,7 +99,7 @@ Response archive(Service& service, const Request& request, const Dataset& datase
   if (!opened.terrain) return opened.refusal;
   const ArchiveOrder order{dataset.id, version_of(opened.terrain->manifest()), *face, opened.terrain};
   const auto file = service.archive_files().find(order);
-  if (!file) return problem_response(file.problem());
+  if (!file) return archive_refusal(service, dataset.id, file.problem());
   if (*file) return answer_file(request, *file, route);
   const MayWait wait = may_wait_for_whole(service.settings().serve.limits, request);
   const Token waiting = wait.longest.count() > 0 ? service.wait_token() : nullptr;
@@ -108,7 +113,9 @@ Response archive(Service& service, const Request& request, const Dataset& datase
     const auto made = service.archive_files().find(order);
     const bool over = patience == Patience::none || service.stopping() || std::chrono::steady_clock::now() >= end;
     if (made && !*made && !over) return std::nullopt;
-    Response come = !made ? problem_response(made.problem()) : *made ? answer_file(asked, *made, route) : still_made();
+    Response come = !made   ? archive_refusal(service, order.id, made.problem())
+                    : *made ? answer_file(asked, *made, route)
+                            : still_made();
     if (hidden) keep_from_others(come);
     if (wait.preferred) come.set("Preference-Applied", "wait=" + std::to_string(wait.longest.count()));
     return come;

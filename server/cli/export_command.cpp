@@ -10,6 +10,7 @@
 #include "pipeline/exports/pmtiles.h"
 #include "pipeline/exports/whole_file.h"
 #include "pipeline/faces/tiles_3d/photo_texture.h"
+#include "pipeline/store/sqlite.h"
 #include "proto/letters.h"
 #include "raster/gdal/formats.h"
 #include "server/cli/export_command.h"
@@ -138,8 +139,13 @@ proto::Result<std::string> export_of(const ExportLine& line) {
   const Terrain terrain(std::move(*store), *look, &g_asked_to_stop);
   if (const auto shown = pipeline::faces::check_photo(terrain); !shown) return shown.problem();
   const ArchiveKind* const archive = archive_of(line.output);
-  return archive != nullptr ? export_archive(*archive, line, terrain)
-                            : export_mesh(*mesh_kind(ending_of(line.output)), line, terrain);
+  try {
+    return archive != nullptr ? export_archive(*archive, line, terrain)
+                              : export_mesh(*mesh_kind(ending_of(line.output)), line, terrain);
+  } catch (const pipeline::StoreError& damage) {  // a mesh is put together before it is written
+    return Problem{"store-damaged", line.source + " is damaged: " + damage.what(),
+                   "a backup, or the raster built again; cordillera check says what is damaged", "path"};
+  }
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <new>
 
 #include "pipeline/exports/pmtiles.h"
 #include "raster/disk/write_all.h"
@@ -37,10 +38,10 @@ Problem too_many(std::uint64_t tiles) {
 proto::Result<void> write_one(const ArchiveOrder& order, const fs::path& path, const pipeline::exports::ArchiveBounds& bounds) {
   try {
     return pipeline::exports::write_pmtiles(*order.terrain, *order.face, path.string(), bounds);
-  } catch (const std::exception& error) {  // damaged tiles, want of memory
-    log_warning("dataset " + order.id + ": no archive: " + error.what());
-    return Problem{"store-damaged", "an archive of dataset " + order.id + " cannot be made",
-                   "posting the raster again, or a backup", ""};
+  } catch (const std::bad_alloc&) {
+    return Problem{"service-busy", "there is no memory to make an archive of dataset " + order.id, "asking again later", ""};
+  } catch (const std::exception& error) {  // tiles that cannot be decoded
+    return Problem{"store-damaged", error.what(), "", ""};
   }
 }
 

@@ -5,6 +5,8 @@
 #include <fstream>
 #include <functional>
 
+#include "pipeline/exports/pmtiles.h"
+#include "pipeline/faces/face.h"
 #include "pipeline/store/sqlite.h"
 #include "pipeline/store/store_schema.h"
 #include "server/datasets/ledger.h"
@@ -18,6 +20,13 @@ class DamagedDataset : public testing::Test {
   void SetUp() override {
     id_ = body_of(service_.post("GOOD", {{"name", "one"}}, {{"prefer", "wait=60"}}))["id"];
     ASSERT_EQ(get("tiles/0/0/0.drc").status, 200);
+  }
+  Response get_archive() {
+    Request request;
+    request.path = "/v1/datasets/" + id_ + ".pmtiles";
+    request.query = {{"format", "drc"}};
+    request.headers = kWait;
+    return TestService::settled(service_.api().handle(request));
   }
   Response get(const std::string& path) { return service_.get("/v1/datasets/" + id_ + "/" + path); }
   /// What the reader has open does not change under it in life; here the service is started anew.
@@ -47,6 +56,27 @@ TEST_F(DamagedDataset, IsToldToWhoAsksAndToTheOperator) {
   EXPECT_NE(metrics.find("cordillera_problems_total{type=\"store-damaged\"} 1\n"), std::string::npos);
   service_.send("DELETE", "/v1/datasets/" + id_);
   EXPECT_FALSE(body_of(service_.get("/readyz")).contains("damaged_datasets"));
+}
+
+TEST_F(DamagedDataset, IsToldToWhoAsksForAnArchive) {
+  change("UPDATE blobs SET bytes = CAST('else' AS BLOB)");
+  const Response answer = get_archive();
+  EXPECT_EQ(answer.status, 500);
+  EXPECT_EQ(slug_of(answer), "store-damaged");
+  EXPECT_EQ(answer.body.find(service_.data().string()), std::string::npos) << answer.body;
+  EXPECT_NE(service_.get("/metrics").body.find("cordillera_store_damaged_total 1\n"), std::string::npos);
+  EXPECT_EQ(body_of(service_.get("/readyz")).value("damaged_datasets", 0), 1);
+  // From the command line, too, where nobody lacks room.
+  auto store = pipeline::StoreReader::open((service_.data() / "datasets" / id_ / kStoreFile).string());
+  ASSERT_TRUE(store);
+  const pipeline::faces::Terrain terrain(std::move(*store));
+  for (const pipeline::faces::Face* face : pipeline::faces::all_faces()) {
+    if (face->name != "drc") continue;
+    const auto written = pipeline::exports::write_pmtiles(terrain, *face, (service_.folder() / "a.pmtiles").string(), {});
+    ASSERT_FALSE(written);
+    EXPECT_EQ(written.problem().type, "store-damaged");
+    EXPECT_EQ(written.problem().accepted.find("free space"), std::string::npos) << written.problem().accepted;
+  }
 }
 
 TEST_F(DamagedDataset, IsToldWhereItsManifestIsAnothersToo) {
