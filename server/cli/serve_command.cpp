@@ -3,12 +3,14 @@
 #include <unistd.h>
 
 #include <array>
+#include <boost/asio/error.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <cstdlib>
 #include <filesystem>
 #include <optional>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -150,10 +152,7 @@ void run_until_stopped(const ServeSettings& settings, Service& service, front::H
   log_info("stopped");
 }
 
-}  // namespace
-
-int serve_command(const Settings& given, const std::string& program, const std::function<void(int port)>& listening) {
-  Settings settings = given;
+int serve_with(Settings settings, const std::string& program, const std::function<void(int port)>& listening) {
   if (const auto refused = set_up(settings, program)) return wrong_usage(*refused);
   // Not the path: an upgrade may have put another program there since.
   const std::uint32_t free_percent = settings.serve.limits.free_percent;
@@ -177,6 +176,26 @@ int serve_command(const Settings& given, const std::string& program, const std::
 
   run_until_stopped(settings.serve, **service, **http, std::move(live), listening);
   return kDone;
+}
+
+/// Boost's threads have an exception of their own for it.
+bool lacks_a_thread(const std::exception& error) {
+  const auto* const of_boost = dynamic_cast<const boost::system::system_error*>(&error);
+  const auto* const of_system = dynamic_cast<const std::system_error*>(&error);
+  return (of_boost != nullptr && of_boost->code() == boost::asio::error::try_again) ||
+         (of_system != nullptr && of_system->code() == std::errc::resource_unavailable_try_again);
+}
+
+}  // namespace
+
+int serve_command(const Settings& given, const std::string& program, const std::function<void(int port)>& listening) {
+  try {
+    return serve_with(given, program, listening);
+  } catch (const std::exception& error) {
+    if (!lacks_a_thread(error)) throw;
+    return fail({"memory-limit", "no thread can be begun: there is no memory for it, or no process more is allowed",
+                 "a higher limit of memory (ulimit -v) or of processes (ulimit -u, TasksMax= of a systemd unit)", ""});
+  }
 }
 
 }  // namespace cordillera::server

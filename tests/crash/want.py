@@ -122,7 +122,11 @@ def least_mib(program):
     while high - low > 1:
         middle = (low + high) // 2
         with processes.folder("cordillera-want-") as folder:
-            low, high = (low, middle) if starved_server(program, folder, middle).started() else (middle, high)
+            starts = starved_server(program, folder, middle).started()
+            with open(os.path.join(folder, "log"), errors="replace") as log:
+                said = log.read()
+            expect("should not have happened" not in said, "with %d MiB the server says %s" % (middle, said))
+            low, high = (low, middle) if starts else (middle, high)
     return high
 
 
