@@ -22,12 +22,12 @@ std::string to_bytes(const KeptBlock& block) {
   return record.SerializeAsString();
 }
 
-proto::Result<KeptBlock> kept_block_from(const std::string& bytes, std::int64_t side) {
+proto::Result<KeptBlock> kept_block_from(const std::string& bytes, std::int64_t side, KeptParts parts) {
   const proto::Problem damaged{"store-damaged", "what a block left for the levels above it cannot be read",
                                "a dataset built anew", ""};
   proto::KeptBlock record;
   if (!record.ParseFromString(bytes) || record.mesh().side() != side) return damaged;
-  auto mesh = mesh_of_record(record.mesh());
+  auto mesh = parts == KeptParts::all ? mesh_of_record(record.mesh()) : std::optional(proto::TileMesh());
   const std::size_t across = static_cast<std::size_t>(record.mesh().side()) / 8 + 1, count = across * across;
   if (!mesh || record.planes().size() != count * sizeof(gpu::exact::BoundingPlane) || record.codes().size() != 64 * count)
     return damaged;

@@ -1,5 +1,6 @@
 #pragma once
 // What an exact block leaves for the levels above it, in bytes: what crosses a restart or a process border.
+#include <cstdint>
 #include <string>
 
 #include "gpu/exact/simplify_block.h"
@@ -14,7 +15,9 @@ struct KeptBlock {
 };
 
 std::string to_bytes(const KeptBlock& block);
+/// What of it is wanted; of squares alone the mesh is left empty.
+enum class KeptParts : std::uint8_t { all, squares };
 /// "store-damaged": they are not what to_bytes gave of a block whose sides have so many units.
-proto::Result<KeptBlock> kept_block_from(const std::string& bytes, std::int64_t side);
+proto::Result<KeptBlock> kept_block_from(const std::string& bytes, std::int64_t side, KeptParts parts = KeptParts::all);
 
 }  // namespace cordillera::pipeline

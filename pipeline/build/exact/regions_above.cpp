@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <mutex>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -112,6 +113,35 @@ struct MadeRegion {
   std::vector<BuiltTile> pieces;          ///< of tiles that are larger than quarters
 };
 
+/// Memory of grounds that are done: to have it anew takes as long as to fill it.
+class IdleGrounds {
+ public:
+  struct Taken {
+    explicit Taken(IdleGrounds& from) : idle(from), ground(from.take()) {}
+    ~Taken() { idle.put(std::move(ground)); }
+    Taken(const Taken&) = delete;
+    Taken& operator=(const Taken&) = delete;
+    IdleGrounds& idle;
+    Ground ground;
+  };
+
+ private:
+  Ground take() {
+    const std::lock_guard lock(mutex_);
+    if (grounds_.empty()) return {};
+    Ground ground = std::move(grounds_.back());
+    grounds_.pop_back();
+    return ground;
+  }
+  void put(Ground&& ground) {
+    const std::lock_guard lock(mutex_);
+    grounds_.push_back(std::move(ground));
+  }
+
+  std::mutex mutex_;
+  std::vector<Ground> grounds_;
+};
+
 class RegionsBuild {
  public:
   RegionsBuild(const proto::Plan& plan, const GatheredBlocks::MeshOf& mesh_of, const RegionsTeam& team, std::int32_t quarter_side)
@@ -179,7 +209,8 @@ class RegionsBuild {
     }
     const BlockPlace place = quarters_.place_of(region);
     const BlockCurve curve = curve_of(plan_, place);
-    Ground ground;
+    IdleGrounds::Taken taken(idle_);
+    Ground& ground = taken.ground;
     make_unknown(plan_, place, ground);
     ground.goes_on = quarters_.goes_on(region);
     ground.cut_column = region.across == 2 ? quarters_.side() : 0;
@@ -232,7 +263,7 @@ class RegionsBuild {
       } else if (!*bytes) {
         voids = true;
       } else {
-        auto block = kept_block_from(**bytes, block_side_);
+        auto block = kept_block_from(**bytes, block_side_, start ? KeptParts::all : KeptParts::squares);
         if (!block.ok()) {
           problems[n] = block.problem();
           return;
@@ -313,6 +344,7 @@ class RegionsBuild {
   const gpu::exact::BlockPlan levels_;
   std::vector<std::uint8_t> left_;  ///< whether a block left something, once its region was read; indexed as node_at
   std::map<std::pair<std::int64_t, std::int64_t>, proto::TileMesh> before_;  ///< quarters of the level below
+  IdleGrounds idle_;
 };
 
 }  // namespace
