@@ -8,7 +8,7 @@ namespace cordillera::server {
 namespace {
 
 constexpr std::size_t kMostHead = std::size_t{8} << 10;     // of a part
-constexpr std::size_t kMostFields = std::size_t{64} << 10;  // of all together
+constexpr std::size_t kMostFields = std::size_t{64} << 10;  // of all together, their names included
 constexpr std::size_t kLongestBoundary = 70;                // RFC 2046, 5.1.1
 
 /// The value of a parameter of a header, `; name=value` or `; name="a \"quoted\" one"`; none: it is not there.
@@ -114,11 +114,16 @@ bool FormReader::content(const Sink& file) {
   return true;
 }
 
+/// Of a field.
+bool FormReader::keep(std::size_t bytes) {
+  kept_ += bytes;
+  return kept_ <= kMostFields || fail("its fields have more than 64 KiB");
+}
+
 bool FormReader::give(std::string_view bytes, const Sink& file) {
   if (state_ == State::file) return going_ = bytes.empty() || file(bytes);
   if (state_ != State::field) return true;
-  kept_ += bytes.size();
-  if (kept_ > kMostFields) return fail("its fields have more than 64 KiB");
+  if (!keep(bytes.size())) return false;
   fields_.back().second += bytes;
   return true;
 }
@@ -133,10 +138,12 @@ bool FormReader::head() {
         "quotes: -F 'file=@\"a,b.tif\"'");
   const std::string line = disposition(lines);
   rest_.erase(0, end + 4);
+  // Each takes memory beside its bytes, and moves what has come behind it.
+  if (++parts_ > kMostParts) return fail("it has more than " + std::to_string(kMostParts) + " parts");
   const auto name = parameter(line, "name"), file = parameter(line, "filename");
   if (!name) return fail("a part has no name");
   if (!file) {
-    kept_ += name->size();
+    if (!keep(name->size())) return false;
     fields_.emplace_back(*name, "");
     state_ = State::field;
     return true;

@@ -18,6 +18,7 @@ class FormReader {
   static std::optional<FormReader> of(const std::string& content_type);
 
   static constexpr std::size_t kMostFiles = 256;
+  static constexpr std::size_t kMostParts = 512;  ///< files and fields
   /// A piece of the file that file_names() ends with.
   using Sink = std::function<bool(std::string_view piece)>;
   /// False: no more of it. Either the sink said so, or problem() does.
@@ -41,13 +42,14 @@ class FormReader {
   bool step(const Sink& file);
   bool content(const Sink& file);
   bool head();
+  bool keep(std::size_t bytes);
   bool give(std::string_view bytes, const Sink& file);
   bool fail(const std::string& why);
 
   std::string delimiter_, rest_;
   State state_ = State::preamble;
   bool going_ = true;
-  std::size_t kept_ = 0;  ///< bytes of fields
+  std::size_t kept_ = 0, parts_ = 0;  ///< bytes of fields
   std::vector<std::string> file_names_;
   std::vector<std::pair<std::string, std::string>> fields_;
   std::optional<proto::Problem> problem_;

@@ -73,6 +73,12 @@ TEST(Form, ThatCannotBeReadIsToldWhy) {
   std::string many;
   for (int k = 0; k < 257; ++k) many += file("a");
   EXPECT_THAT(read(many + kEnd, 999).problem, HasSubstr("more than 256 files"));
+  std::string parts;
+  for (int k = 0; k < 513; ++k) parts += "--b o\r\nContent-Disposition:;name=\r\n\r\n\r\n";
+  EXPECT_THAT(read(parts + kEnd, 999).problem, HasSubstr("more than 512 parts"));
+  std::string names;
+  for (int k = 0; k < 9; ++k) names += part("name=" + std::string(8000, 'x'), "");
+  EXPECT_THAT(read(names + kEnd, 999).problem, HasSubstr("64 KiB")) << "names count, too";
   EXPECT_THAT(
       read("--b o\r\nContent-Disposition: form-data; name=\"file\"\r\nContent-Type: multipart/mixed; boundary=c\r\n\r\n--c\r\n",
            9)
