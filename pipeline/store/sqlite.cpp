@@ -68,10 +68,16 @@ bool wants_room(sqlite3* handle) {
   return code == SQLITE_FULL || (of_system && (system == ENOSPC || system == EDQUOT));
 }
 
+bool wants_descriptor(sqlite3* handle) {
+  const int code = sqlite3_errcode(handle), system = sqlite3_system_errno(handle);
+  return (code == SQLITE_IOERR || code == SQLITE_CANTOPEN) && (system == EMFILE || system == ENFILE);
+}
+
 /// What went wrong, to be thrown once the handle has been put in order.
 std::exception_ptr failure_of(sqlite3* handle) {
   if (wants_memory(handle)) return std::make_exception_ptr(std::bad_alloc());
   const std::string why = sqlite3_errmsg(handle);
+  if (wants_descriptor(handle)) return std::make_exception_ptr(NoDescriptor("no descriptor is left (" + why + ")"));
   return wants_room(handle) ? std::make_exception_ptr(DiskFull("the disk is full (" + why + ")"))
                             : std::make_exception_ptr(StoreError(why));
 }

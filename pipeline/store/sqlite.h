@@ -27,6 +27,12 @@ class DiskFull : public StoreError {
   using StoreError::StoreError;
 };
 
+/// The process, or the system, has no descriptor left: it passes, and the database is as it was.
+class NoDescriptor : public StoreError {
+ public:
+  using StoreError::StoreError;
+};
+
 /// Removes the database and what SQLite keeps beside it; says nothing where one cannot be removed.
 void remove_database(const std::string& path);
 /// Only what SQLite keeps beside it.

@@ -297,6 +297,8 @@ proto::Result<std::uint64_t> whole_file(const std::string& path) {
 }
 
 Problem damaged(const std::string& path, const StoreError& error) {
+  if (dynamic_cast<const NoDescriptor*>(&error) != nullptr)
+    return {"service-busy", path + " cannot be opened: " + error.what(), "trying again later", ""};
   return refused("store-damaged", path, std::string("cannot be read as a store: ") + error.what());
 }
 

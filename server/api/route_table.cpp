@@ -61,6 +61,8 @@ Response in_dataset(Service& service, const Request& request, const Route& route
   Response response;
   try {
     response = dataset->mounted ? of_mount(service.mounts(), dataset->id, read) : read();
+  } catch (const pipeline::NoDescriptor&) {
+    response = problem_response(wants_descriptor(dataset->id));
   } catch (const pipeline::StoreError& error) {
     response = problem_response(service.library().damaged(dataset->id, error.what()));
   }

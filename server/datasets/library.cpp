@@ -30,7 +30,13 @@ std::string version_of(const proto::Manifest& manifest) {
   return digest(manifest.SerializeAsString() + CORDILLERA_VERSION).substr(0, 16);
 }
 
-proto::Problem Library::unreadable(const std::string& id, const proto::Problem& why) { return damaged(id, why.detail); }
+proto::Problem Library::unreadable(const std::string& id, const proto::Problem& why) {
+  return why.type == "service-busy" ? wants_descriptor(id) : damaged(id, why.detail);
+}
+
+proto::Problem wants_descriptor(const std::string& id) {
+  return {"service-busy", "the service has too many files open to read dataset " + id, "asking again later", ""};
+}
 
 proto::Problem unknown_dataset(const std::string& id) {
   return {"dataset-unknown", "there is no dataset '" + id + "'", "an id that GET /v1/datasets lists", ""};

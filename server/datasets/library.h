@@ -23,6 +23,9 @@ namespace cordillera::server {
 /// Names the build: what stands below …/versions/{it}/ never changes. Another program may make other bytes of the same build.
 std::string version_of(const proto::Manifest& manifest);
 
+/// What is answered while it cannot be opened for want of descriptors.
+proto::Problem wants_descriptor(const std::string& id);
+
 /// What is answered where there is no such dataset.
 proto::Problem unknown_dataset(const std::string& id);
 

@@ -34,11 +34,12 @@ std::string fit_to_descriptors(ServeSettings& settings, std::size_t descriptors)
   lower(limits.loops, descriptors / kForALoop);
   const std::size_t processes = std::size_t{2} * settings.jobs + 1;  // as many dry runs beside the builds, and a first look
   const std::size_t own = kOwn + kOfALoop * limits.loops + kOfAJob * processes;
-  const auto for_datasets = [&] { return kOfADataset * limits.open_datasets; };
+  const auto for_datasets = [&] { return kOfADataset * limits.open_datasets + limits.open_archives; };
   const std::size_t most_sockets = limits.connections + refused_sockets(limits.connections);
   if (descriptors >= own + most_sockets + limits.uploads + for_datasets()) return "";
   const std::size_t rest = descriptors - std::min(descriptors, own);
   lower(limits.open_datasets, rest / 16);
+  lower(limits.open_archives, rest / 16);
   lower(limits.uploads, rest / 8);
   const std::size_t sockets = rest - std::min(rest, limits.uploads + for_datasets());
   lower(limits.connections, sockets - std::min(sockets, refused_sockets(sockets)));

@@ -30,6 +30,7 @@ struct Limits {
   /// Threads that read and write connections; no option, but few descriptors lower it.
   std::uint32_t loops = std::clamp(proto::usable_cores(), 1u, 16u);
   std::uint32_t open_datasets = 64;       ///< at the same time; no option, but few descriptors lower it
+  std::uint32_t open_archives = 16;       ///< that nobody reads; no option, but few descriptors lower it
   std::uint32_t client_streams = 64;      ///< event streams and waiting requests of one address
   std::uint32_t wait_seconds = 10;        ///< that a request may wait for a tile which is still to be made
   std::uint32_t unsent_mib = 512;         ///< of large answers that clients have yet to read; what several share counts once

@@ -6,10 +6,14 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <new>
+#include <vector>
 
 #include "pipeline/exports/pmtiles.h"
+#include "pipeline/store/sqlite.h"
 #include "raster/disk/write_all.h"
+#include "server/datasets/library.h"
 #include "server/http/digest.h"
 #include "server/http/message.h"
 #include "server/limits/admission.h"
@@ -38,6 +42,8 @@ Problem too_many(std::uint64_t tiles) {
 proto::Result<void> write_one(const ArchiveOrder& order, const fs::path& path, const pipeline::exports::ArchiveBounds& bounds) {
   try {
     return pipeline::exports::write_pmtiles(*order.terrain, *order.face, path.string(), bounds);
+  } catch (const pipeline::NoDescriptor&) {
+    return wants_descriptor(order.id);
   } catch (const std::bad_alloc&) {
     return Problem{"service-busy", "there is no memory to make an archive of dataset " + order.id, "asking again later", ""};
   } catch (const std::exception& error) {  // tiles that cannot be decoded
@@ -47,12 +53,13 @@ proto::Result<void> write_one(const ArchiveOrder& order, const fs::path& path, c
 
 }  // namespace
 
-std::shared_ptr<const ArchiveFile> ArchiveFile::open(const fs::path& path) {
+std::shared_ptr<const ArchiveFile> ArchiveFile::open(const fs::path& path, std::shared_ptr<const ArchiveSums> sums) {
   raster::Descriptor opened(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (!opened.is_open()) return nullptr;
   const std::shared_ptr<ArchiveFile> file(new ArchiveFile(std::move(opened)));
   try {
-    file->take_sums();
+    file->sums_ = std::move(sums);
+    if (!file->sums_) file->take_sums();
   } catch (const ArchiveDamaged&) { return nullptr; }
   return file;
 }
@@ -60,21 +67,23 @@ std::shared_ptr<const ArchiveFile> ArchiveFile::open(const fs::path& path) {
 void ArchiveFile::take_sums() {
   struct stat now {};
   if (fstat(file_.number(), &now) != 0) throw ArchiveDamaged("an archive cannot be read");
-  size_ = static_cast<std::uint64_t>(now.st_size);
+  ArchiveSums sums;
+  sums.size = static_cast<std::uint64_t>(now.st_size);
   Digest all;
-  for (std::uint64_t number = 0; number * kBlock_bytes < size_; ++number) {
-    const std::string bytes = block(number);
+  for (std::uint64_t number = 0; number * kBlock_bytes < sums.size; ++number) {
+    const std::string bytes = block(number, sums.size);
     all.add(bytes);
-    sums_ += sum_of(bytes);
+    sums.blocks += sum_of(bytes);
   }
-  etag_ = quoted(all.finish().substr(0, 32));
+  sums.etag = quoted(all.finish().substr(0, 32));
+  sums_ = std::make_shared<const ArchiveSums>(std::move(sums));
 }
 
 /// As it is on the disk.
-std::string ArchiveFile::block(std::uint64_t number) const {
+std::string ArchiveFile::block(std::uint64_t number, std::uint64_t size) const {
   const std::uint64_t first = number * kBlock_bytes;
-  if (first >= size_) throw ArchiveDamaged("an archive ends early");
-  std::string bytes(static_cast<std::size_t>(std::min<std::uint64_t>(kBlock_bytes, size_ - first)), '\0');
+  if (first >= size) throw ArchiveDamaged("an archive ends early");
+  std::string bytes(static_cast<std::size_t>(std::min<std::uint64_t>(kBlock_bytes, size - first)), '\0');
   if (!raster::read_all_at(file_.number(), bytes, first)) throw ArchiveDamaged("an archive cannot be read");
   return bytes;
 }
@@ -84,8 +93,8 @@ std::string ArchiveFile::read(std::uint64_t first, std::size_t count) const {
     std::string bytes;
     bytes.reserve(count);
     for (std::uint64_t number = first / kBlock_bytes; bytes.size() < count; ++number) {
-      const std::string whole = block(number);
-      if (sums_.compare(static_cast<std::size_t>(number) * kSum_letters, kSum_letters, sum_of(whole)) != 0)
+      const std::string whole = block(number, size());
+      if (sums_->blocks.compare(static_cast<std::size_t>(number) * kSum_letters, kSum_letters, sum_of(whole)) != 0)
         throw ArchiveDamaged("an archive is not what was written");
       const std::size_t skip = bytes.empty() ? static_cast<std::size_t>(first - number * kBlock_bytes) : 0;
       bytes.append(whole, skip, count - bytes.size());
@@ -97,8 +106,8 @@ std::string ArchiveFile::read(std::uint64_t first, std::size_t count) const {
   }
 }
 
-ArchiveFiles::ArchiveFiles(fs::path folder, limits::Space& space, Told made)
-    : folder_(std::move(folder)), space_(space), made_(std::move(made)) {
+ArchiveFiles::ArchiveFiles(fs::path folder, limits::Space& space, Told made, std::size_t most_open)
+    : folder_(std::move(folder)), space_(space), made_(std::move(made)), most_open_(most_open) {
   std::error_code ignored;  // making one will fail and say so
   fs::remove_all(folder_, ignored);
   fs::create_directories(folder_, ignored);
@@ -118,7 +127,14 @@ proto::Result<std::shared_ptr<const ArchiveFile>> ArchiveFiles::find(const Archi
   const std::string name = file_of(order);
   const std::lock_guard lock(mutex_);
   auto known = entries_.find(name);
-  if (known != entries_.end() && known->second->file && known->second->file->damaged()) {  // it is made anew
+  bool lost = false;
+  if (known != entries_.end() && known->second->sums) {
+    Entry& entry = *known->second;
+    if (!entry.file) entry.file = ArchiveFile::open(entry.path, entry.sums);
+    if (!entry.file && (errno == EMFILE || errno == ENFILE)) return wants_descriptor(order.id);
+    lost = !entry.file || entry.file->damaged();
+  }
+  if (lost) {  // it is made anew
     std::error_code ignored;
     fs::remove(known->second->path, ignored);
     entries_.erase(known);
@@ -127,7 +143,7 @@ proto::Result<std::shared_ptr<const ArchiveFile>> ArchiveFiles::find(const Archi
   if (known == entries_.end()) {
     if (waiting_.size() >= kMostWaiting)
       return Problem{"service-busy", "too many archives are waiting to be made", "asking again later", ""};
-    const auto entry = std::make_shared<Entry>(Entry{order, nullptr, std::nullopt, folder_ / name, ++clock_});
+    const auto entry = std::make_shared<Entry>(Entry{order, nullptr, nullptr, std::nullopt, folder_ / name, ++clock_});
     entries_[name] = entry;
     waiting_.push_back(entry);
     changed_.notify_all();
@@ -135,10 +151,20 @@ proto::Result<std::shared_ptr<const ArchiveFile>> ArchiveFiles::find(const Archi
   }
   Entry& entry = *known->second;
   entry.used = ++clock_;
-  if (!entry.problem) return entry.file;
+  if (!entry.problem) {
+    const auto file = entry.file;
+    close_idle();
+    return file;
+  }
   const Problem problem = *entry.problem;
   entries_.erase(known);
   return problem;
+}
+
+bool ArchiveFiles::is_awaited(const ArchiveOrder& order) const {
+  const std::lock_guard lock(mutex_);
+  const auto known = entries_.find(file_of(order));
+  return known != entries_.end() && !known->second->sums && !known->second->problem;
 }
 
 void ArchiveFiles::forget(const std::string& id) {
@@ -169,7 +195,7 @@ void ArchiveFiles::work() {
     }
     lock.lock();
     // Who asks again has it tried again.
-    if (!entry->file && !entry->problem) std::erase_if(entries_, [&](const auto& one) { return one.second == entry; });
+    if (!entry->sums && !entry->problem) std::erase_if(entries_, [&](const auto& one) { return one.second == entry; });
   }
 }
 
@@ -189,13 +215,17 @@ void ArchiveFiles::make(Entry& entry) {
     return full.empty() ? std::nullopt : std::optional(limits::storage_full(full));
   };
   auto written = claim ? write_one(entry.order, entry.path, bounds) : proto::Result<void>(limits::storage_full(full));
-  auto file = written ? ArchiveFile::open(entry.path) : nullptr;
-  if (written && !file) written = Problem{"storage-full", "the archive cannot be read back", "trying again later", ""};
+  auto file = written ? ArchiveFile::open(entry.path, nullptr) : nullptr;
+  if (written && !file)
+    written = errno == EMFILE || errno == ENFILE
+                  ? wants_descriptor(entry.order.id)
+                  : Problem{"storage-full", "the archive cannot be read back", "trying again later", ""};
   const std::lock_guard lock(mutex_);
   entry.order.terrain = nullptr;
   if (!written)
     entry.problem =
         written.problem().type == "output-failed" ? limits::storage_full(written.problem().detail) : written.problem();
+  if (file) entry.sums = file->sums();
   entry.file = std::move(file);
   const auto known = entries_.find(entry.path.filename().string());
   std::error_code ignored;
@@ -203,17 +233,29 @@ void ArchiveFiles::make(Entry& entry) {
     fs::remove(entry.path, ignored);  // forgotten meanwhile
   else
     make_room(known->first);
+  close_idle();
+}
+
+/// Which are read now are bounded by the connections that read them.
+void ArchiveFiles::close_idle() {
+  std::vector<Entry*> idle;
+  for (const auto& [name, entry] : entries_)
+    if (entry->file && entry->file.use_count() == 1) idle.push_back(entry.get());
+  if (idle.size() <= most_open_) return;
+  std::sort(idle.begin(), idle.end(), [](const Entry* one, const Entry* other) { return one->used < other->used; });
+  for (std::size_t k = 0; k < idle.size() - most_open_; ++k)
+    if (!idle[k]->file->damaged()) idle[k]->file = nullptr;  // else it is made anew
 }
 
 /// Those that were asked for longest ago go.
 void ArchiveFiles::make_room(const std::string& but) {
-  const auto size = [](const auto& one) { return one.second->file ? one.second->file->size() : 0; };
+  const auto size = [](const auto& one) { return one.second->sums ? one.second->sums->size : 0; };
   std::uint64_t all = 0;
   for (const auto& one : entries_) all += size(one);
-  while (all > kMostBytes) {
+  while (all > kMostBytes || entries_.size() > kMostKept) {
     auto oldest = entries_.end();
     for (auto at = entries_.begin(); at != entries_.end(); ++at) {
-      const bool may_go = at->first != but && at->second->file;
+      const bool may_go = at->first != but && at->second->sums;
       if (may_go && (oldest == entries_.end() || at->second->used < oldest->second->used)) oldest = at;
     }
     if (oldest == entries_.end()) return;

@@ -24,13 +24,21 @@ class ArchiveDamaged : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// What an archive was when it had been written.
+struct ArchiveSums {
+  std::uint64_t size = 0;
+  std::string etag;    ///< of its bytes, in quotes
+  std::string blocks;  ///< of its blocks, kSum_letters each
+};
+
 /// An archive on disk, open: it can be read as long as somebody holds it, removed or not.
 class ArchiveFile {
  public:
-  /// Null: it cannot be opened.
-  static std::shared_ptr<const ArchiveFile> open(const std::filesystem::path& path);
-  std::uint64_t size() const { return size_; }
-  const std::string& etag() const { return etag_; }  ///< of its bytes, in quotes
+  /// sums: of an earlier look at it; null: they are taken now. Null: it cannot be opened, and errno says why.
+  static std::shared_ptr<const ArchiveFile> open(const std::filesystem::path& path, std::shared_ptr<const ArchiveSums> sums);
+  std::uint64_t size() const { return sums_->size; }
+  const std::string& etag() const { return sums_->etag; }
+  const std::shared_ptr<const ArchiveSums>& sums() const { return sums_; }
   /// Throws ArchiveDamaged where they are not there, or not those that were there when it was opened.
   std::string read(std::uint64_t first, std::size_t count) const;
   /// Whether a read has found that.
@@ -39,11 +47,9 @@ class ArchiveFile {
  private:
   explicit ArchiveFile(raster::Descriptor file) : file_(std::move(file)) {}
   void take_sums();
-  std::string block(std::uint64_t number) const;
+  std::string block(std::uint64_t number, std::uint64_t size) const;
   raster::Descriptor file_;
-  std::uint64_t size_ = 0;
-  std::string etag_;
-  std::string sums_;  ///< of its blocks, kSum_letters each
+  std::shared_ptr<const ArchiveSums> sums_;
   mutable std::atomic<bool> damaged_{false};
 };
 
@@ -58,24 +64,30 @@ struct ArchiveOrder {
 class ArchiveFiles {
  public:
   using Told = std::function<void(const std::string& id)>;
-  /// folder: is emptied. made: called whenever an order has come to its end, on another thread.
-  ArchiveFiles(std::filesystem::path folder, limits::Space& space, Told made);
+  /// folder: is emptied. made: called whenever an order has come to its end, on another thread. most_open: of those that nobody
+  /// reads.
+  ArchiveFiles(std::filesystem::path folder, limits::Space& space, Told made, std::size_t most_open = kMostOpen);
   ~ArchiveFiles();
 
   /// The archive; null while it is being made, which begins with the first who asks. Problems: "export-too-large",
   /// "service-busy", "storage-full", and those of the format. A problem is told once; who asks again has it tried again.
   proto::Result<std::shared_ptr<const ArchiveFile>> find(const ArchiveOrder& order);
+  /// Whether it is being made. Tells no problem, and begins nothing.
+  bool is_awaited(const ArchiveOrder& order) const;
   /// Archives of a dataset go: it has another version, or there is none any more.
   void forget(const std::string& id);
 
   static constexpr std::uint64_t kMostTiles = 100'000;                  ///< of an archive
   static constexpr std::uint64_t kMostBytes = std::uint64_t{16} << 30;  ///< of all together
+  static constexpr std::size_t kMostKept = 4096;                        ///< however small they are
+  static constexpr std::size_t kMostOpen = 16;
   static constexpr std::size_t kMostWaiting = 16;
 
  private:
   struct Entry {
-    ArchiveOrder order;  ///< its terrain goes when it is made
-    std::shared_ptr<const ArchiveFile> file;
+    ArchiveOrder order;                       ///< its terrain goes when it is made
+    std::shared_ptr<const ArchiveSums> sums;  ///< null: it is not made yet
+    std::shared_ptr<const ArchiveFile> file;  ///< null: it is not open
     std::optional<proto::Problem> problem;
     std::filesystem::path path;
     std::uint64_t used = 0;
@@ -84,12 +96,14 @@ class ArchiveFiles {
   void work();
   void make(Entry& entry);
   void make_room(const std::string& but);
+  void close_idle();
 
   const std::filesystem::path folder_;
   limits::Space& space_;
   const Told made_;
+  const std::size_t most_open_;
   std::atomic<bool> stop_{false};
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::map<std::string, Kept> entries_;  ///< by the name of the file
   std::deque<Kept> waiting_;

@@ -130,8 +130,8 @@ void Service::begin_work(JobRunner runner) {
     forget(id);
     if (LiveCache* const live = told_) live->touch();
   };
-  archive_files_ =
-      std::make_unique<ArchiveFiles>(layout_.archives(), admission_->space(), [this](const std::string& id) { hub_.touch(id); });
+  archive_files_ = std::make_unique<ArchiveFiles>(
+      layout_.archives(), admission_->space(), [this](const std::string& id) { hub_.touch(id); }, serve.limits.open_archives);
   queue_ =
       std::make_unique<JobQueue>(JobQueue::Parts{layout_, *registry_, hub_, metrics_, std::move(runner), serve.limits, ledger_,
                                                  updates::fetcher(serve, admission_->space()), serve.keep_versions, published},

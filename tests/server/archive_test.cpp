@@ -127,6 +127,43 @@ TEST(KeptArchive, IsThereThoughNobodyCouldBeTold) {
   }
 }
 
+std::ptrdiff_t open_descriptors() {
+  return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), std::filesystem::directory_iterator());
+}
+
+/// One that nobody reads takes no descriptor, and is opened when it is asked for again.
+TEST(KeptArchive, IsOpenOnlyWhileItIsInUse) {
+  const std::string id = built().base().substr(std::string("/v1/datasets/").size());
+  const auto terrain = built().service().library().open(id);
+  ASSERT_TRUE(terrain) << terrain.problem().line();
+  limits::Space space([] { return std::optional<limits::DiskSpace>(); }, 5);
+  const std::filesystem::path folder = built().data() / "many-archives-of-a-test";
+  ArchiveFiles files(folder, space, [](const std::string&) {});
+  const auto found = [&](int version) {
+    const ArchiveOrder order{id, std::to_string(version), pipeline::faces::face_named("drc"), *terrain};
+    std::shared_ptr<const ArchiveFile> file;
+    EXPECT_TRUE(eventually([&] {
+      const auto now = files.find(order);
+      EXPECT_TRUE(now) << now.problem().line();
+      file = now ? *now : nullptr;
+      return file || !now;
+    }));
+    return file;
+  };
+  const auto first = found(0);
+  const std::ptrdiff_t before = open_descriptors();
+  constexpr int kMany = 60;
+  for (int version = 1; version < kMany; ++version) ASSERT_TRUE(found(version)) << version;
+  EXPECT_LE(open_descriptors(), before + 20);
+  EXPECT_EQ(found(0)->etag(), first->etag());
+  EXPECT_EQ(first->read(0, 7), "PMTiles") << "who reads it does not lose it";
+  const auto kept = [&] { return std::distance(std::filesystem::directory_iterator(folder), {}); };
+  EXPECT_EQ(kept(), kMany) << "none of them was made twice";
+  const auto written = std::filesystem::last_write_time(folder / (id + ".1.drc.pmtiles"));
+  EXPECT_EQ(found(1)->read(0, 7), "PMTiles");
+  EXPECT_EQ(std::filesystem::last_write_time(folder / (id + ".1.drc.pmtiles")), written);
+}
+
 /// Whichever part is asked for, what is damaged is not served: another is made.
 TEST(KeptArchive, IsNotServedDamaged) {
   const Response whole = archive();

@@ -1,5 +1,6 @@
 // What a damaged disk makes of answers.
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <filesystem>
 #include <fstream>
@@ -83,6 +84,23 @@ TEST_F(DamagedDataset, IsToldWhereItsManifestIsAnothersToo) {
   change("UPDATE meta SET value = CAST(value || 'x' AS BLOB) WHERE key = 'manifest'");
   EXPECT_EQ(slug_of(get("manifest.json")), "store-damaged");
   EXPECT_EQ(slug_of(get("tiles/0/0/0.drc")), "store-damaged");
+}
+
+/// Want of descriptors passes, and is no fault of what is on the disk.
+TEST_F(DamagedDataset, IsNoneThatWantsADescriptor) {
+  service_.stop();
+  service_.start();
+  EXPECT_EQ(service_.get("/readyz").status, 200);
+  rlimit before{};
+  getrlimit(RLIMIT_NOFILE, &before);
+  const rlimit none{0, before.rlim_max};
+  setrlimit(RLIMIT_NOFILE, &none);
+  const Response answer = get("tiles/0/0/0.drc");
+  setrlimit(RLIMIT_NOFILE, &before);
+  EXPECT_EQ(answer.status, 503) << answer.body;
+  EXPECT_EQ(slug_of(answer), "service-busy");
+  EXPECT_FALSE(body_of(service_.get("/readyz")).contains("damaged_datasets"));
+  EXPECT_EQ(get("tiles/0/0/0.drc").status, 200);
 }
 
 namespace fs = std::filesystem;
