@@ -104,19 +104,17 @@ Response archive(Service& service, const Request& request, const Dataset& datase
   const MayWait wait = may_wait_for_whole(service.settings().serve.limits, request);
   const Token waiting = wait.longest.count() > 0 ? service.wait_token() : nullptr;
   if (!waiting) return still_made();
-  Request asked = request;
-  asked.read_body = nullptr;  // what it reads may be gone when the answer comes
   Response response;
-  response.later = [&service, asked, route, order, waiting, wait, end = std::chrono::steady_clock::now() + wait.longest,
-                    hidden = dataset.is_private](Patience patience) -> std::optional<Response> {
-    if (!service.find(order.id)) return problem_response(unknown_to(asked, order.id));
-    const auto made = service.archive_files().find(order);
+  response.later = [&service, order = ArchiveOrder{order.id, order.version, order.face, nullptr}, waiting, wait,
+                    end = std::chrono::steady_clock::now() + wait.longest](Patience patience) -> std::optional<Response> {
+    const bool awaited = service.archive_files().is_awaited(order);
     const bool over = patience == Patience::none || service.stopping() || std::chrono::steady_clock::now() >= end;
-    if (made && !*made && !over) return std::nullopt;
-    Response come = !made   ? archive_refusal(service, order.id, made.problem())
-                    : *made ? answer_file(asked, *made, route)
-                            : still_made();
-    if (hidden) keep_from_others(come);
+    if (awaited && !over) return std::nullopt;
+    Response come;
+    if (awaited)
+      come = still_made();
+    else
+      come.anew = true;  // the dataset may have been hidden meanwhile, or have another version
     if (wait.preferred) come.set("Preference-Applied", "wait=" + std::to_string(wait.longest.count()));
     return come;
   };

@@ -67,6 +67,22 @@ TEST_F(Meanwhile, HeightsAreNotToldOfWhatBecamePrivateWhileThePlacesCame) {
   EXPECT_EQ(told.status, 404) << told.body;
 }
 
+TEST_F(Meanwhile, AnArchiveIsNotGivenOfWhatBecamePrivateWhileItWasMade) {
+  for (const bool becomes_private : {false, true}) {
+    const std::string id = ready();
+    Request request;
+    request.path = "/v1/datasets/" + id + ".pmtiles";
+    request.query = {{"format", "drc"}};
+    request.headers = {{"prefer", "wait=10"}};
+    Response waiting = test_.api().handle(request);
+    ASSERT_TRUE(waiting.later) << waiting.status << waiting.body;
+    if (becomes_private) { ASSERT_EQ(change(id, R"({"private": true})").status, 200); }
+    const Response come = TestService::settled(std::move(waiting));
+    EXPECT_EQ(come.status, becomes_private ? 404 : 200) << come.body;
+    EXPECT_EQ(come.header("Preference-Applied"), "wait=10");
+  }
+}
+
 TEST_F(Meanwhile, AStreamEndsForWhoMayNotReadTheDatasetAnyMore) {
   const std::string id = posted("SLOW");
   Request request;
