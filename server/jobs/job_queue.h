@@ -40,6 +40,9 @@ inline constexpr std::size_t kMostFailed = 1000;
 /// attempt: how many were in vain.
 bool is_passing(const proto::Problem& problem, int attempt);
 
+/// Of all rasters that a job may read, as far as they are there.
+std::uint64_t bytes_of_rasters(const std::filesystem::path& folder, const proto::Job& job);
+
 /// What a build of rasters of so many bytes may take: one that is cheap to send keeps the others waiting for so long at most.
 std::uint32_t build_seconds(const Limits& limits, std::uint64_t raster_bytes);
 

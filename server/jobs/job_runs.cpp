@@ -5,25 +5,12 @@
 #include "server/jobs/job_queue.h"
 #include "server/jobs/turn.h"
 #include "server/jobs/underway.h"
+#include "server/limits/disk.h"
 #include "server/log/log.h"
 #include "server/metrics/stage_clock.h"
 
 namespace cordillera::server {
 namespace {
-
-/// Of all rasters that a job may read.
-std::uint64_t bytes_of_rasters(const std::filesystem::path& folder, const proto::Job& job) {
-  std::error_code error;
-  std::uint64_t bytes = 0;
-  const auto add = [&](const std::filesystem::path& file) {
-    const auto size = std::filesystem::file_size(file, error);
-    if (!error) bytes += size;
-  };
-  if (!job.raster().empty()) add(folder / job.raster());
-  for (const proto::JobRaster& raster : job.rasters()) add(folder / raster.path());
-  for (const auto& entry : std::filesystem::directory_iterator(folder / updates::kSources, error)) add(entry.path());
-  return bytes;
-}
 
 proto::Problem stopped() { return {"service-stopping", "the service is stopping", "trying again later", ""}; }
 
@@ -38,6 +25,16 @@ bool write_job(const std::filesystem::path& folder, const proto::Job& job) {
 
 proto::Problem cannot_write_job(const std::filesystem::path& folder) {
   return {"storage-full", "cannot write into the folder of " + folder.filename().string(), "", ""};
+}
+
+std::uint64_t bytes_of_rasters(const std::filesystem::path& folder, const proto::Job& job) {
+  std::error_code error;
+  std::uint64_t bytes = 0;
+  const auto add = [&](const std::filesystem::path& file) { bytes += limits::bytes_on_disk(file); };
+  if (!job.raster().empty()) add(folder / job.raster());
+  for (const proto::JobRaster& raster : job.rasters()) add(folder / raster.path());
+  for (const auto& entry : std::filesystem::directory_iterator(folder / updates::kSources, error)) add(entry.path());
+  return bytes;
 }
 
 std::uint32_t build_seconds(const Limits& limits, std::uint64_t raster_bytes) {

@@ -17,4 +17,10 @@ std::optional<DiskSpace> disk_space(const std::filesystem::path& folder);
 /// Bytes that may be written before less than the share is free; 0: none.
 std::uint64_t room(const DiskSpace& disk, std::uint32_t free_percent);
 
+/// What nobody may have of the folder's disk, however empty it is, where such a share stays free.
+std::uint64_t bytes_to_leave(const std::filesystem::path& folder, std::uint32_t free_percent);
+
+/// What a file, or all in a folder, takes: of a raster that is fetched as it is read most may be missing.
+std::uint64_t bytes_on_disk(const std::filesystem::path& file);
+
 }  // namespace cordillera::server::limits

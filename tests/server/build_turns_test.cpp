@@ -99,6 +99,17 @@ TEST(BuildTime, IsToldToTheJob) {
   EXPECT_EQ(told, 140U);
 }
 
+/// A raster that is read by ranges is as long as its server says, and hardly anything of it is there.
+TEST(BuildTime, OfWhatWasNotFetchedIsNone) {
+  TempFolder folder;
+  const std::filesystem::path file = folder.path() / "source.tif";
+  std::ofstream(file) << "GOOD";
+  std::filesystem::resize_file(file, std::uintmax_t{1} << 30);
+  proto::Job job;
+  job.set_raster("source.tif");
+  EXPECT_LT(bytes_of_rasters(folder.path(), job), std::uint64_t{1} << 20);
+}
+
 TEST(PassingTrouble, OfTheTablesIsTriedAgain) {
   std::atomic<int> tries{0};
   const auto runner = [&](const std::filesystem::path& folder, const ProgressSink& progress, const std::atomic<bool>& stop) {
