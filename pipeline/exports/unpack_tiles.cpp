@@ -95,12 +95,16 @@ void write_file(const fs::path& path, std::string_view bytes) {
 /// The tiles of one format below a folder.
 class Tiles {
  public:
-  Tiles(fs::path folder, const Face& face) : folder_(std::move(folder)), tiles_(*tiles_of(face)) {}
+  /// what: is unpacked, in a message.
+  Tiles(fs::path folder, const Face& face, std::string what)
+      : folder_(std::move(folder)), tiles_(*tiles_of(face)), what_(std::move(what)) {}
 
   void put(const SquareAddress& at, std::string_view bytes) {
     if (++count_ > kMostTiles)
       throw Refused{{"archive-too-large", "the archive holds more than a million tiles, and they are unpacked to be shown",
                      "the .sqlite file that it was made of, or a part of it: cordillera export --bbox", "path"}};
+    // Many tiles of a small archive may be the same bytes, or be computed.
+    if (auto full = raster::no_room(folder_.string(), bytes.size(), what_)) throw Refused{*full};
     const fs::path file = folder_ / faces::path_of(tiles_, place_at(tiles_.grid, at));
     if (known_.insert(file.parent_path().string()).second) fs::create_directories(file.parent_path());
     write_file(file, bytes);
@@ -129,6 +133,7 @@ class Tiles {
   };
   fs::path folder_;
   const faces::Resource& tiles_;
+  std::string what_;
   std::unordered_set<std::string> known_;  ///< folders that are there
   std::uint64_t count_ = 0;
   int least_ = 99, most_ = -1;
@@ -177,13 +182,13 @@ Json tilejson_of(const Face& face, const Json& metadata, const Tiles& tiles, con
   return json;
 }
 
-void unpack(const std::string& path, const fs::path& folder) {
+void unpack(const std::string& path, const fs::path& folder, const std::string& what) {
   const auto archive = first_bytes(path, 7) == "PMTiles" ? open_pmtiles(path) : open_mbtiles(path);
   const Json& metadata = archive->metadata();
   const Face* face = face_said(metadata, path);
   const bool said = face != nullptr;
   if (!said) face = faces::face_named(kPictures);
-  Tiles tiles(folder, *face);
+  Tiles tiles(folder, *face, what);
   archive->each_tile([&](const SquareAddress& at, std::string_view bytes) { tiles.put(at, bytes); });
   if (tiles.count() == 0) refuse(path + " holds no tiles");
   if (!said && looks_like_heights(tiles.a_finest())) {
@@ -211,7 +216,7 @@ proto::Result<void> unpack_tiles(const std::string& path, const std::string& fol
   const std::string what = "what " + fs::path(path).filename().string() + " unpacks to";
   try {
     if (auto full = raster::no_room(folder, fs::file_size(path), what)) return *full;
-    unpack(path, folder);
+    unpack(path, folder, what);
     return {};
   } catch (const Refused& refused) { return refused.problem; } catch (const StoreError& e) {
     return unreadable(path, e.what());

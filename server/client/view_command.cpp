@@ -16,11 +16,14 @@
 
 #include "pipeline/exports/mbtiles.h"
 #include "pipeline/exports/unpack_tiles.h"
+#include "raster/disk/free_space.h"
 #include "raster/disk/private_folder.h"
 #include "raster/open/archive.h"
 #include "server/cli/path_kind.h"
 #include "server/client/commands.h"
 #include "server/datasets/upload.h"
+#include "server/limits/disk.h"
+#include "server/options/options.h"
 
 namespace cordillera::server::client {
 namespace {
@@ -95,6 +98,8 @@ std::string id_of(const std::string& path) {
 
 proto::Result<Subjects> subjects_of(const std::vector<std::string>& paths) {
   Subjects subjects;
+  std::error_code nowhere;  // then no folder is made there either
+  raster::keep_free(limits::bytes_to_leave(fs::temp_directory_path(nowhere), Limits().free_percent));
   for (const std::string& path : paths) {
     const PathKind kind = path_kind(path);
     if (kind == PathKind::missing) {

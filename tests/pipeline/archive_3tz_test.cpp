@@ -1,4 +1,4 @@
-// 3TZ and the ZIP below it, read back by their specifications and by Python.
+// 3TZ and the ZIP below it, read back by their specifications and by Python; and what unpacking leaves of a disk.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -9,9 +9,13 @@
 #include <map>
 
 #include "pipeline/exports/archive_3tz.h"
+#include "pipeline/exports/mbtiles.h"
+#include "pipeline/exports/unpack_tiles.h"
 #include "pipeline/exports/zip_writer.h"
 #include "pipeline/store/content_hash.h"
+#include "pipeline/store/sqlite.h"
 #include "pipeline/tileset/manifest_json.h"
+#include "raster/disk/free_space.h"
 #include "tests/pipeline/archive_readers.h"
 #include "tests/pipeline/archived_dataset.h"
 
@@ -103,6 +107,25 @@ TEST(ZipWriter, AnArchiveBeyondFourGibIsReadByPython) {
       "sys.exit(len(z.namelist()) != 65 or z.getinfo('last').header_offset <= 1 << 32 or z.read('last') != b'here' or "
       "any(z.read('zeros/63')))";
   EXPECT_EQ(std::system(("python3 -c \"" + script + "\" " + file).c_str()), 0);
+}
+
+/// A small file may hold much: here a view that computes 128 tiles of a MiB.
+TEST(TileArchives, LeaveTheDiskItsRoom) {
+  const std::string file = archived_dataset().place("much.mbtiles");
+  ASSERT_TRUE(write_mbtiles(archived_dataset().terrain(), *faces::face_named("relief"), file, Existing::replace).ok());
+  Database(file, Database::Mode::create)
+      .execute(
+          "DROP VIEW IF EXISTS tiles; DROP TABLE IF EXISTS tiles; CREATE VIEW tiles AS WITH RECURSIVE c(n) AS (SELECT 0 UNION "
+          "ALL SELECT n + 1 FROM c WHERE n < 127) SELECT 8 AS zoom_level, n AS tile_column, 9 AS tile_row, zeroblob(1048576) AS "
+          "tile_data FROM c");
+  TemporaryFolder folder;
+  EXPECT_TRUE(unpack_tiles(file, folder / ".").ok());
+  TemporaryFolder full;
+  raster::keep_free(std::filesystem::space(full / ".").available - (std::uint64_t{32} << 20));
+  const auto done = unpack_tiles(file, full / ".");
+  raster::keep_free(0);
+  ASSERT_FALSE(done.ok());
+  EXPECT_EQ(done.problem().type, "storage-full");
 }
 
 }  // namespace

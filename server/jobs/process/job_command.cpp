@@ -160,12 +160,6 @@ proto::Result<void> build_job(const proto::Job& job, const std::filesystem::path
   return {};
 }
 
-/// What nobody may have of the folder's disk, however empty it is.
-std::uint64_t bytes_to_leave(const std::filesystem::path& folder, std::uint32_t free_percent) {
-  const auto disk = limits::disk_space(folder);
-  return disk ? disk->size - limits::room({disk->size, disk->size}, free_percent) : 0;
-}
-
 }  // namespace
 
 int job_main(const std::string& given, int parent, std::uint32_t free_percent) {
@@ -180,7 +174,7 @@ int job_main(const std::string& given, int parent, std::uint32_t free_percent) {
   const auto text = proto::bytes_of_file(folder / kJobFile);
   proto::Job job;
   if (!text || !from_json(*text, &job)) return fail({"internal", "the job's description cannot be read", "", ""});
-  raster::keep_free(bytes_to_leave(folder, free_percent));
+  raster::keep_free(limits::bytes_to_leave(folder, free_percent));
   if (const auto missing = make_temporary_folder(folder)) return fail(*missing);
   const bool confined = restrict_process(job, folder, *job.mutable_options());
   const proto::Problem starved = out_of_memory(job.options(), job.name());
