@@ -12,6 +12,7 @@
 namespace cordillera::server::updates {
 
 inline constexpr int kMostListed = 2000;             ///< rasters of a list: each is asked for before the first is read
+inline constexpr std::uint32_t kListSeconds = 60;    ///< to read a list: one may be a table that is computed without an end
 inline constexpr std::size_t kLongestListed = 4096;  ///< bytes of a raster's address
 inline constexpr std::size_t kMostListed_bytes = std::size_t{8} << 20;  ///< of all of them with their options
 

@@ -88,6 +88,7 @@ proto::Result<std::optional<proto::ListedRasters>> JobQueue::take_list(const Dat
 proto::Result<proto::ListedRasters> JobQueue::read_list(const Dataset& dataset, proto::Job job, const std::atomic<bool>& stop) {
   const fs::path folder = layout_.dataset(dataset.id);
   limit(job, folder);
+  job.set_max_seconds(std::min(job.max_seconds(), updates::kListSeconds));
   if (!write_job(folder, job)) return cannot_write_job(folder);
   proto::ListedRasters listed;
   std::size_t bytes = 0;
@@ -99,6 +100,8 @@ proto::Result<proto::ListedRasters> JobQueue::read_list(const Dataset& dataset, 
         if (bytes <= updates::kMostListed_bytes) *listed.add_rasters() = progress.listed();
       },
       stop);
+  if (!outcome && outcome.problem().type == "build-time-limit")
+    return too_much("take longer to list than " + std::to_string(job.max_seconds()) + " seconds", "a plain table of them");
   if (!outcome) return outcome.problem();
   if (listed.rasters_size() > updates::kMostListed || bytes > updates::kMostListed_bytes)
     return too_much("and their options take more than 8 MiB, or are more than " + std::to_string(updates::kMostListed),

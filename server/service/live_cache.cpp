@@ -1,14 +1,14 @@
 #include "server/service/live_cache.h"
 
-#include <sys/stat.h>
-
 #include <algorithm>
 #include <vector>
 
 #include "pipeline/store/mesh_files.h"
 #include "server/datasets/dataset_folder.h"
 #include "server/datasets/ledger.h"
+#include "server/fetch/addresses.h"
 #include "server/fetch/listed_rasters.h"
+#include "server/limits/disk.h"
 #include "server/log/log.h"
 
 namespace cordillera::server {
@@ -22,21 +22,6 @@ constexpr auto kBetweenLooks = std::chrono::seconds(1);  // at the disk: steps o
 /// It has an address, and somebody has posted it: it is not deleted for want of room.
 bool is_posted(const Dataset& dataset) { return !dataset.body_hash.empty(); }
 
-/// On disk, with all that is in a folder: of a raster that is fetched as it is read most may be missing.
-std::uint64_t size_of(const fs::path& file) {
-  constexpr std::uint64_t kUnit_bytes = 512;
-  struct stat found {};
-  if (lstat(file.c_str(), &found) != 0) return 0;
-  if (S_ISDIR(found.st_mode)) {
-    std::uint64_t bytes = 0;
-    std::error_code error;
-    for (const auto& entry : fs::directory_iterator(file, error)) bytes += size_of(entry.path());
-    return bytes;
-  }
-  if (!S_ISREG(found.st_mode)) return 0;
-  return std::min(static_cast<std::uint64_t>(found.st_size), static_cast<std::uint64_t>(found.st_blocks) * kUnit_bytes);
-}
-
 }  // namespace
 
 LiveCache::LiveCache(Parts parts) : parts_(std::move(parts)) {
@@ -47,7 +32,7 @@ LiveCache::LiveCache(Parts parts) : parts_(std::move(parts)) {
     entries_[row->id].asleep = row->state == State::running && !fs::exists(parts_.layout.dataset(row->id) / row->raster, error);
   }
   keeping_ = std::jthread([this](const std::stop_token& stop) { keep_within(stop); });
-  asking_ = std::jthread([this](const std::stop_token& stop) { ask_addresses(stop); });
+  for (std::jthread& asking : asking_) asking = std::jthread([this](const std::stop_token& stop) { ask_addresses(stop); });
 }
 
 Row LiveCache::find(const std::string& key) {
@@ -132,9 +117,10 @@ bool LiveCache::note_read(const Dataset& dataset, const std::string& client) {
     entry.woken = true;
     entry.begun = entry.asked = now;
     wake(dataset, client);
-  } else if (!dataset.address.empty() && now - entry.asked >= parts_.fresh && dataset.state != State::failed) {
-    entry.asked = now;
-    to_ask_.push_back(dataset.id);
+  } else if (!dataset.address.empty() && !entry.is_to_be_asked && now - entry.asked >= parts_.fresh &&
+             dataset.state != State::failed) {
+    entry.is_to_be_asked = true;
+    to_ask_.emplace_back(dataset.id, updates::host_and_target(dataset.address).first);
     changed_.notify_all();
   }
   return entry.woken || !dataset.address.empty();
@@ -172,7 +158,7 @@ std::uint64_t LiveCache::bytes_of(const Dataset& dataset) const {
     const std::string name = entry.path().filename().string();
     const bool made =
         name.starts_with(kStoreFile) || name.starts_with(updates::kNextStore) || name.starts_with(kProvisionalStore);
-    if (made || (!dataset.address.empty() && !is_record(name))) bytes += size_of(entry.path());
+    if (made || (!dataset.address.empty() && !is_record(name))) bytes += limits::bytes_on_disk(entry.path());
   }
   return bytes;
 }
@@ -288,32 +274,47 @@ updates::Still LiveCache::ask_listed(const std::string& id, const std::stop_toke
   return Still::same;
 }
 
+void LiveCache::ask_address(const std::string& id, const std::stop_token& stop) {
+  const Row row = parts_.registry.find(id);
+  const auto print = row ? fetched_print(parts_.layout.dataset(id)) : std::nullopt;
+  // Of one that is still fetched for the first time there is nothing to compare with, and its fetch is under way.
+  const bool is_coming = row && !print && (row->state == State::queued || row->state == State::running);
+  updates::Still still = !row || is_coming ? updates::Still::unknown
+                         : print           ? parts_.ask(row->address, *print, [&stop] { return stop.stop_requested(); })
+                                           : updates::Still::changed;
+  if (print && print->list && still != updates::Still::changed && still != updates::Still::gone)
+    if (const auto listed = ask_listed(id, stop); listed != updates::Still::same) still = listed;
+  constexpr const char* kOutcomes[] = {"same", "changed", "gone", "unknown"};
+  if (row) parts_.metrics.live_asked.add(1, {kOutcomes[static_cast<std::size_t>(still)]});
+  if (still == updates::Still::changed || still == updates::Still::gone) {
+    log_info("dataset " + id + ": its address has something else now, or nothing");
+    parts_.queue.fetch_anew(id);
+  }
+}
+
 void LiveCache::ask_addresses(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   while (!stop.stop_requested()) {
-    changed_.wait(lock, stop, [this] { return !to_ask_.empty(); });
+    auto next = to_ask_.end();
+    changed_.wait(lock, stop, [&] {
+      next = std::find_if(to_ask_.begin(), to_ask_.end(), [this](const auto& one) { return !asked_hosts_.contains(one.second); });
+      return next != to_ask_.end();
+    });
     if (stop.stop_requested()) return;
-    const std::string id = std::move(to_ask_.front());
-    to_ask_.pop_front();
+    const auto [id, host] = *next;
+    to_ask_.erase(next);
+    asked_hosts_.insert(host);
     lock.unlock();
     try {
-      const Row row = parts_.registry.find(id);
-      const auto print = row ? fetched_print(parts_.layout.dataset(id)) : std::nullopt;
-      // Of one that is still fetched for the first time there is nothing to compare with, and its fetch is under way.
-      const bool is_coming = row && !print && (row->state == State::queued || row->state == State::running);
-      updates::Still still = !row || is_coming ? updates::Still::unknown
-                             : print           ? parts_.ask(row->address, *print, [&stop] { return stop.stop_requested(); })
-                                               : updates::Still::changed;
-      if (print && print->list && still != updates::Still::changed && still != updates::Still::gone)
-        if (const auto listed = ask_listed(id, stop); listed != updates::Still::same) still = listed;
-      constexpr const char* kOutcomes[] = {"same", "changed", "gone", "unknown"};
-      if (row) parts_.metrics.live_asked.add(1, {kOutcomes[static_cast<std::size_t>(still)]});
-      if (still == updates::Still::changed || still == updates::Still::gone) {
-        log_info("dataset " + id + ": its address has something else now, or nothing");
-        parts_.queue.fetch_anew(id);
-      }
+      ask_address(id, stop);
     } catch (const std::exception& error) { log_warning("dataset " + id + ": " + error.what()); }
     lock.lock();
+    asked_hosts_.erase(host);
+    if (const auto entry = entries_.find(id); entry != entries_.end()) {
+      entry->second.is_to_be_asked = false;
+      entry->second.asked = Clock::now();  // a host that takes its time is asked less often
+    }
+    changed_.notify_all();
   }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 // What the service keeps although nobody told it to: rasters that it has fetched by itself, and blocks that it has made because
 // somebody looked. Both can be had again, so the disk that they take has a limit, and what was read longest ago goes first.
+#include <array>
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
@@ -8,9 +9,11 @@
 #include <functional>
 #include <map>
 #include <mutex>
+#include <set>
 #include <stop_token>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include "server/datasets/registry.h"
 #include "server/fetch/fetch.h"
@@ -61,7 +64,8 @@ class LiveCache {
   struct Entry {
     Clock::time_point read{}, asked{}, begun{};  ///< when, and when its raster was last sent for
     bool asleep = false, woken = false;
-    int next_listed = 0;  ///< of the rasters that a list names: the next that is asked for again
+    bool is_to_be_asked = false;  ///< its address: it waits for its turn, or is asked now
+    int next_listed = 0;          ///< of the rasters that a list names: the next that is asked for again
     limits::Slot place;
   };
   struct Kept {
@@ -77,6 +81,7 @@ class LiveCache {
   void forget_files(const Dataset& dataset) const;
   void keep_within(const std::stop_token& stop);
   void ask_addresses(const std::stop_token& stop);
+  void ask_address(const std::string& id, const std::stop_token& stop);
   updates::Still ask_listed(const std::string& id, const std::stop_token& stop);
 
   const Parts parts_;
@@ -85,10 +90,13 @@ class LiveCache {
   std::condition_variable_any changed_;
   std::map<std::string, std::string> ids_;  ///< by key
   std::map<std::string, Entry> entries_;    ///< by id
-  std::deque<std::string> to_ask_;
+  /// Each once. Of a host that is being asked none is: one that does not answer keeps a thread, and not all of them.
+  std::deque<std::pair<std::string, std::string>> to_ask_;  ///< ids, and their hosts
+  std::set<std::string> asked_hosts_;
   bool touched_ = true;
   std::uint64_t bytes_ = 0;
-  std::jthread keeping_, asking_;  ///< last: they work on what is above, and end before it
+  std::jthread keeping_;  ///< last: they work on what is above, and end before it
+  std::array<std::jthread, 4> asking_;
 };
 
 }  // namespace cordillera::server

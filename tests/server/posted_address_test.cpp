@@ -2,10 +2,19 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <functional>
+#include <map>
+#include <mutex>
+
 #include "fixture.h"
+#include "raster_host.h"
+#include "server/datasets/dataset_folder.h"
+#include "server/fetch/print.h"
 
 namespace cordillera::server {
 namespace {
+
+namespace fs = std::filesystem;
 
 /// What the operator said of build=; empty: nothing. Nobody answers at the address.
 Settings told(const std::string& build) {
@@ -65,6 +74,88 @@ TEST(PostedAddress, IsCopiedWhereTheOperatorWantsNoProvisionalTiles) {
   TestService test(settings);
   EXPECT_EQ(made(test, {}), "copied");
   EXPECT_EQ(made(test, {{"provisional", "1"}}), "there");
+}
+
+/// A view of a GeoPackage may compute rows without an end.
+TEST(PostedAddress, OfAListThatIsNotReadInAMinuteIsAProblem) {
+  RasterHost host;
+  host.has("/list.json", "{}");
+  TempFolder folder;
+  Settings settings;
+  settings.serve.source_allow = {host.address() + "/"};
+  settings.serve.data = (folder.path() / "data").string();
+  std::atomic<std::uint32_t> told{0};
+  auto service = Service::open(settings, [&](const fs::path& place, const ProgressSink&, const std::atomic<bool>&) {
+    proto::Job job;
+    from_json(file_text(place / kJobFile), &job);
+    if (job.list()) told = job.max_seconds();
+    return proto::Result<std::optional<proto::Estimate>>(proto::Problem{"build-time-limit", "too long", "", ""});
+  });
+  ASSERT_TRUE(service) << service.problem().line();
+  Api api(**service);
+  Request request;
+  request.method = "POST";
+  request.path = "/v1/datasets";
+  request.query = {{"source", host.address() + "/list.json"}};
+  request.headers = {{"content-length", "0"}};
+  const std::string id = body_of(api.handle(request)).value("id", "");
+  Row row;
+  ASSERT_TRUE(eventually([&] { return (row = (*service)->registry().find(id)) && row->state == State::failed; }));
+  EXPECT_EQ(told, updates::kListSeconds);
+  EXPECT_EQ(row->problem->type, "sources-invalid") << row->problem->line();
+  EXPECT_THAT(row->problem->detail, testing::HasSubstr("take longer to list than 60 seconds"));
+}
+
+/// One host that does not answer keeps no other from being asked, and is not asked for the same twice at once.
+TEST(PostedAddress, IsAskedForAgainThoughAnotherHostHangs) {
+  TestService test;
+  std::mutex mutex;
+  std::map<std::string, int> asked;
+  std::atomic<bool> hangs{true};
+  LiveCache live({test.service().layout(), test.service().registry(), test.service().queue(), test.service().admission(),
+                  test.service().metrics(),
+                  [&](const std::string& address, const updates::Print&, const std::function<bool()>& stopped) {
+                    {
+                      const std::lock_guard lock(mutex);
+                      ++asked[address];
+                    }
+                    eventually([&] { return !hangs || stopped() || !address.starts_with("https://slow/"); });
+                    return updates::Still::same;
+                  },
+                  0, 100, [](const std::string&) {}, std::chrono::seconds(0)});
+  const auto dataset = [&](const std::string& id, const std::string& address) {
+    updates::Print print;
+    print.etag = "\"one\"";
+    Dataset made;
+    made.id = id;
+    made.address = address;
+    made.state = State::ready;
+    made.raster = "source.tif";
+    fs::create_directories(test.service().layout().dataset(id));
+    std::ofstream(test.service().layout().dataset(id) / "source.tif") << "GOOD";
+    std::ofstream(test.service().layout().dataset(id) / kFetchedFile) << updates::print_json(print);
+    EXPECT_TRUE(test.service().registry().add(made));
+    test.service().registry().set_state(id, State::ready, std::nullopt);
+    return made;
+  };
+  const auto times = [&](const std::string& address) {
+    const std::lock_guard lock(mutex);
+    return asked[address];
+  };
+  const Dataset quick = dataset("quick", "https://quick/a.tif");
+  std::vector<Dataset> slow;
+  for (int k = 0; k < 8; ++k) slow.push_back(dataset("slow" + std::to_string(k), "https://slow/" + std::to_string(k) + ".tif"));
+  for (int round = 0; round < 3; ++round)
+    for (const Dataset& one : slow) live.note_read(one, "");
+  for (int round = 1; round <= 3; ++round) {
+    live.note_read(quick, "");
+    ASSERT_TRUE(eventually([&] {
+      live.note_read(quick, "");
+      return times(quick.address) >= round;
+    }));
+  }
+  hangs = false;
+  for (const Dataset& one : slow) EXPECT_TRUE(eventually([&] { return times(one.address) == 1; })) << one.address;
 }
 
 /// A key that was used without a word of build= is that of build=lazy, and not of a copy.
