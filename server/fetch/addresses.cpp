@@ -151,9 +151,10 @@ std::optional<std::string> http_address(const std::string& address) {
 }
 
 proto::Result<void> check_address(const ServeSettings& settings, const std::string& address) {
-  std::string accepted = "a raster in the body";
-  for (const std::string& prefix : settings.source_allow) accepted += ", or below " + prefix;
-  const auto forbidden = [&](const std::string& why) { return Problem{"option-forbidden", why, accepted, "source"}; };
+  // What the operator allows is not told: the problem stands with the dataset, for whoever may read it.
+  const auto forbidden = [](const std::string& why) {
+    return Problem{"option-forbidden", why, "a raster in the body, or an address that the operator allows", "source"};
+  };
   if (settings.source_allow.empty())
     return forbidden("this service fetches no rasters; cordillera serve --source-allow says from where one may");
   const bool known = address.starts_with("https://") || address.starts_with("http://") || is_object(address);
@@ -167,7 +168,11 @@ proto::Result<void> check_address(const ServeSettings& settings, const std::stri
 
 proto::Result<std::string> led_to(const ServeSettings& settings, const std::string& address, const std::string& location) {
   std::string next = resolved(address, location);
-  if (const auto allowed = check_address(settings, next); !allowed) return allowed.problem();
+  if (const auto allowed = check_address(settings, next); !allowed) {
+    Problem refused = allowed.problem();  // where it leads is the host's matter, and may have a secret
+    refused.detail = proto::shown_text(without_query(address), kMostOfAddress) + " leads to an address that is not allowed";
+    return refused;
+  }
   if (is_object(next)) return unreachable(address, "it leads to what is neither http nor https");
   return next;
 }

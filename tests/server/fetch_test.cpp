@@ -62,6 +62,8 @@ TEST(Fetch, WhatHasToBeEscapedIsSaid) {
 
 TEST(Fetch, ARefusalKeepsTheSignature) {
   EXPECT_EQ(check_address(allowing(), "https://other/a.tif?sig=SECRET").problem().line().find("SECRET"), std::string::npos);
+  // It stands with the dataset, for everybody who may read that.
+  EXPECT_EQ(check_address(allowing(), "https://other/a.tif").problem().line().find("https://host/tiles/"), std::string::npos);
   EXPECT_EQ(without_query("https://host/a.tif?sig=SECRET"), "https://host/a.tif");
   EXPECT_EQ(without_query("https://host/a.tif#SECRET"), "https://host/a.tif");
   EXPECT_EQ(without_query("https://host/a.tif;sig=SECRET"), "https://host/a.tif");
@@ -145,6 +147,7 @@ TEST_F(Fetched, EachHopIsHeldAgainstTheList) {
   host.has("/private/a.tif", "a secret");
   for (const char* name : {"out", "hidden", "slash", "host"})
     EXPECT_EQ(fetch(host, "/dems/" + std::string(name) + ".tif"), "option-forbidden") << name;
+  EXPECT_EQ(said_.find("127.0.0.1:1"), std::string::npos) << "where it leads is the host's secret: " << said_;
   for (const std::string& target : host.asked()) EXPECT_TRUE(target.starts_with("/dems/")) << target;
 }
 
