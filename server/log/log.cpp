@@ -30,12 +30,18 @@ std::string json_line(const char* level, const std::string& line, const LogField
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
+/// In quotes where it would else be taken for several, with fields of their own.
+std::string one_word(const std::string& text) {
+  if (text.find_first_of(" \t\r\n\"") == text.npos) return text;
+  return Json(text).dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
 std::string text_line(const std::string& line, const LogFields& fields) {
   std::string text = line;
   for (const LogFields* some : {static_cast<const LogFields*>(&t_scopes), &fields}) {
     for (const LogField& field : *some) {
       const auto* word = std::get_if<std::string>(&field.value);
-      text.append(" ").append(field.name).append("=").append(word != nullptr ? *word : value_of(field).dump());
+      text.append(" ").append(field.name).append("=").append(word != nullptr ? one_word(*word) : value_of(field).dump());
     }
   }
   return printable(std::move(text));

@@ -160,6 +160,14 @@ TEST_F(Program, AFolderThatMayNotBeEnteredIsToldSo) {
   std::filesystem::permissions(place, std::filesystem::perms::owner_all);
 }
 
+/// What a path says is no field of the line.
+TEST_F(Program, ALineOfTheLogHasNoFieldsThatAClientWrote) {
+  server_.start(folder_.path());
+  curl("-X DELETE '" + server_.base() + "/v1/x%20status=200%20who=%22admin%22'");
+  EXPECT_TRUE(eventually([&] { return server_.log().find("method=DELETE") != std::string::npos; }));
+  EXPECT_THAT(server_.log(), HasSubstr(R"( path="/v1/x status=200 who=\"admin\"" )"));
+}
+
 TEST_F(Program, ASecondServerIsRefusedThePortAndTheFolder) {
   start_server();
   const std::string address = server_.base().substr(7), data = (folder_.path() / "data").string();
