@@ -1,4 +1,6 @@
 // DELETE of a dataset.
+#include <mutex>
+
 #include "server/api/api.h"
 #include "server/datasets/dataset_folder.h"
 #include "server/limits/disk.h"
@@ -15,8 +17,11 @@ bool is_full(const std::filesystem::path& folder) {
 }
 
 /// From here on there is no such dataset, and a start that misses its row does not take its folder for a lost one. False: it is
-/// still there.
+/// still there, or somebody else has removed it meanwhile.
 bool forget_row(Service& service, const std::string& id) {
+  static std::mutex one_by_one;  // who comes second must not mark, or unmark, a folder that is being removed
+  const std::lock_guard alone(one_by_one);
+  if (!service.registry().find(id)) return false;
   const std::filesystem::path folder = service.layout().dataset(id);
   const bool marked = mark_deleted(folder);
   const auto remove_row = [&] { service.ledger().apart([&] { service.registry().remove(id); }); };
@@ -53,7 +58,9 @@ Response remove_dataset(Service& service, const Request& request, const Dataset&
     return problem_response({"role-too-low", "the token '" + request.who.name + "' did not post dataset " + id,
                              "the token that did, or one with the role admin", "Authorization"});
   }
-  if (!delete_dataset(service, id))
+  const bool deleted = delete_dataset(service, id);
+  if (!deleted && !service.find(id)) return problem_response(unknown_to(request, id));
+  if (!deleted)
     return problem_response(
         {"storage-full", "the deletion cannot be written down; nothing was changed", "trying again later", ""});
   Response response;

@@ -2,6 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <future>
+#include <set>
+
 #include "fixture.h"
 #include "server/access/client_address.h"
 #include "server/access/tokens.h"
@@ -179,6 +182,22 @@ TEST(Access, WritersRemoveWhatTheyPosted) {
   EXPECT_THAT(refused.header("WWW-Authenticate"), HasSubstr("insufficient_scope"));
   EXPECT_EQ(remove(test, one, bearer(tokens.writer)).status, 204);
   EXPECT_EQ(remove(test, two, bearer(tokens.admin)).status, 204);
+}
+
+/// Whoever comes second finds nothing, and is not told of a full disk.
+TEST(Access, SeveralWhoRemoveADatasetAtOnceRemoveItOnce) {
+  const Tokens tokens;
+  TestService test(guarded(tokens));
+  for (int round = 0; round < 40; ++round) {
+    const std::string id = posted(test, tokens.writer);
+    std::vector<std::future<int>> answers;
+    for (int k = 0; k < 8; ++k)
+      answers.push_back(std::async(std::launch::async, [&] { return remove(test, id, bearer(tokens.writer)).status; }));
+    std::multiset<int> statuses;
+    for (auto& answer : answers) statuses.insert(answer.get());
+    EXPECT_EQ(statuses.count(204), 1u);
+    EXPECT_EQ(statuses.count(404), 7u);
+  }
 }
 
 TEST(Access, ABodyIsNotReadForWhoMayNotSendIt) {
