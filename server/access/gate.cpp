@@ -29,7 +29,11 @@ std::string authority_of(const std::string& origin) {
 /// A page of another site: browsers send its requests without asking as long as they look like a form's.
 bool from_another_site(const Request& request) {
   const auto origin = request.header("origin");
-  if (!origin) return request.header("sec-fetch-site").value_or("") == "cross-site";
+  if (!origin) {
+    // Another port of this machine is the same site, and another's page all the same.
+    const std::string site = request.header("sec-fetch-site").value_or("");
+    return site == "cross-site" || site == "same-site";
+  }
   const std::string authority = authority_of(*origin);
   return authority.empty() || (authority != request.header("host") && authority != request.header("x-forwarded-host"));
 }

@@ -281,6 +281,7 @@ TEST(Access, WithoutTokensStrangersDoNotWrite) {
       {{{"host", "127.0.0.1:8080"}, {"origin", "http://127.0.0.1:9090"}}, "origin-forbidden"},
       {{{"host", "127.0.0.1:8080"}, {"origin", "null"}}, "origin-forbidden"},
       {{{"host", "127.0.0.1:8080"}, {"sec-fetch-site", "cross-site"}}, "origin-forbidden"},
+      {{{"host", "127.0.0.1:8080"}, {"sec-fetch-site", "same-site"}}, "origin-forbidden"},  // another port of this machine
       {{{"host", "rebound.example.org:8080"}, {"origin", "http://rebound.example.org:8080"}}, "token-missing"},
       {{{"host", "LocalHost:8080"}}, ""},
       {{{"host", "localhost."}}, ""},
