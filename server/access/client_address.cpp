@@ -31,6 +31,16 @@ std::string client_address(const Request& request, const std::vector<std::string
   return client;
 }
 
+std::string share_of(const std::string& address) {
+  if (address.find(':') == address.npos) return address;  // most are IPv4, and this is asked for every request
+  const auto plain = plain_address(address);
+  in6_addr six{};
+  if (!plain || inet_pton(AF_INET6, plain->c_str(), &six) != 1) return plain.value_or(address);
+  std::fill(six.s6_addr + 8, six.s6_addr + 16, std::uint8_t{0});
+  std::array<char, INET6_ADDRSTRLEN> out{};
+  return std::string(inet_ntop(AF_INET6, &six, out.data(), out.size())) + "/64";
+}
+
 bool is_loopback(std::string_view host) {
   if (const auto address = plain_address(host)) return address->starts_with("127.") || *address == "::1";
   if (host.ends_with('.')) host.remove_suffix(1);

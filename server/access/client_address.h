@@ -13,6 +13,10 @@ namespace cordillera::server::access {
 /// stands left of it was written by strangers.
 std::string client_address(const Request& request, const std::vector<std::string>& trusted_proxies);
 
+/// Whose share of the limits it is: an IPv4 address, and of IPv6 the network of 64 bits ("2001:db8:0:7::/64"), all of whose
+/// addresses one machine may have. What is no address stays as it is.
+std::string share_of(const std::string& address);
+
 /// Whether it is one of these addresses, however it is spelt.
 bool is_trusted(const std::string& address, const std::vector<std::string>& trusted_proxies);
 

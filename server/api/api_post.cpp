@@ -1,6 +1,7 @@
 // POST /v1/datasets: check, stream to disk, queue, and wait if the client prefers to.
 #include <chrono>
 
+#include "server/access/client_address.h"
 #include "server/api/api.h"
 #include "server/api/api_updates.h"
 #include "server/api/posting.h"
@@ -254,7 +255,9 @@ Response post_form(Service& service, const Request& request, FormReader form) {
 
 }  // namespace
 
-std::string sender(const Request& request) { return request.who.name.empty() ? request.client : "token " + request.who.name; }
+std::string sender(const Request& request) {
+  return request.who.name.empty() ? access::share_of(request.client) : "token " + request.who.name;
+}
 
 Response post_dataset(Service& service, const Request& request, const std::string& id) {
   const std::string type = request.header("content-type").value_or("");

@@ -108,8 +108,9 @@ void Connection::begin(Head head) {
   if (auto kept = kept_answer(shared_, request_)) return respond(std::move(*kept));
   route_ = route_meant(request_);
   if (shared_.api.is_quick(request_, route_)) return respond(answer_of(shared_, request_, route_));
-  if (route_.is(RouteRow::kLarge) && shared_.unsent.full(request_.client)) return respond_with(too_much_unsent());
-  const auto taken = shared_.makers.run(request_.client, [self = shared_from_this()] { self->make_answer(); });
+  if (route_.is(RouteRow::kLarge) && shared_.unsent.full(access::share_of(request_.client)))
+    return respond_with(too_much_unsent());
+  const auto taken = shared_.makers.run(access::share_of(request_.client), [self = shared_from_this()] { self->make_answer(); });
   if (taken != Workers::Taken::yes) respond_with({"service-busy", "the service has too much to do", "trying again later", ""});
 }
 

@@ -57,7 +57,7 @@ void Loop::adopt(boost::asio::ip::tcp::socket socket) {
     // A proxy's are those of all its clients.
     const bool is_proxy = access::is_trusted(address, shared_.limits.trusted_proxies);
     const auto most = is_proxy ? shared_.limits.connections : shared_.limits.connections_per_client;
-    auto share = room ? shared_.connections.take(address, most) : nullptr;
+    auto share = room ? shared_.connections.take(is_proxy ? address : access::share_of(address), most) : nullptr;
     const bool welcome = share != nullptr;
     const auto connection = std::make_shared<Connection>(*this, std::move(socket), std::move(place), std::move(share));
     connections_.insert(connection);

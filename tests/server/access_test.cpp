@@ -337,6 +337,18 @@ TEST(Access, TheClientIsTheLastOneThatNoTrustedProxyIs) {
   }
 }
 
+/// Who has a network of IPv6 has 2^64 addresses.
+TEST(Access, AddressesOfOneNetworkShareItsLimits) {
+  using access::share_of;
+  EXPECT_EQ(share_of("2001:db8:0:7:1::1"), "2001:db8:0:7::/64");
+  EXPECT_EQ(share_of("2001:db8:0:7:ffff:ffff:ffff:ffff"), share_of("2001:db8:0:7::"));
+  EXPECT_NE(share_of("2001:db8:0:8::1"), share_of("2001:db8:0:7::1"));
+  EXPECT_EQ(share_of("192.0.2.1"), "192.0.2.1");
+  EXPECT_EQ(share_of("::ffff:192.0.2.1"), "192.0.2.1");
+  EXPECT_EQ(share_of("fe80::1%lo"), "fe80::1%lo");
+  EXPECT_EQ(share_of(""), "");
+}
+
 TEST(Access, WritesAreAudited) {
   const Tokens tokens;
   TestService test(guarded(tokens));

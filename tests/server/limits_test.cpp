@@ -19,11 +19,11 @@ namespace {
 /// A post whose body comes when it is told to.
 class SlowPost {
  public:
-  SlowPost(TestService& test, std::map<std::string, std::string> headers) {
+  SlowPost(TestService& test, std::map<std::string, std::string> headers, const std::string& client = "192.0.2.1") {
     Request request;
     request.method = "POST";
     request.path = "/v1/datasets";
-    request.client = "192.0.2.1";
+    request.client = client;
     request.headers = std::move(headers);
     request.headers.emplace("content-length", "4");
     request.read_body = [this](const Request::Sink& sink) {
@@ -84,6 +84,16 @@ TEST(Limits, UploadsOfOneClient) {
   EXPECT_EQ(post_from(test, "192.0.2.2").status, 202);  // another one's are his own
   EXPECT_EQ(first.end().status, 202);
   EXPECT_EQ(post_from(test, "192.0.2.1").status, 202);
+}
+
+TEST(Limits, UploadsOfOneNetwork) {
+  Settings settings;
+  settings.serve.limits.client_uploads = 1;
+  TestService test(settings);
+  SlowPost first(test, {}, "2001:db8:0:7::1");
+  EXPECT_EQ(slug_of(post_from(test, "2001:db8:0:7:ab::9")), "too-many-uploads");
+  EXPECT_EQ(post_from(test, "2001:db8:0:8::1").status, 202);
+  EXPECT_EQ(first.end().status, 202);
 }
 
 TEST(Limits, UploadsAreThoseOfAToken) {
