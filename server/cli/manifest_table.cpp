@@ -4,6 +4,7 @@
 #include <iostream>
 
 #include "pipeline/tileset/manifest_json.h"
+#include "proto/utf8.h"
 #include "server/cli/commands.h"
 #include "server/cli/progress_bar.h"
 #include "server/options/spoken_words.h"
@@ -20,6 +21,9 @@ __attribute__((format(printf, 1, 2))) std::string text(const char* format, ...) 
   return std::string(line, static_cast<std::size_t>(std::min<int>(length, sizeof line - 1)));
 }
 
+/// A manifest may be anybody's: what a terminal would obey is left out.
+std::string masked(const std::string& words) { return proto::one_line(words); }
+
 std::string bytes_text(double bytes) {
   if (bytes < 1e4) return text("%.0f B", bytes);
   if (bytes < 1e7) return text("%.0f kB", bytes / 1e3);
@@ -28,16 +32,16 @@ std::string bytes_text(double bytes) {
 
 std::string source_lines(const proto::Manifest& manifest) {
   const proto::Source& source = manifest.source();
-  std::string out = text("source    %.200s:", source.file().c_str());
+  std::string out = text("source    %.200s:", masked(source.file()).c_str());
   if (pipeline::has_one_size(manifest))
     out += text("%s %u x %u", manifest.sources_size() > 1 ? " each" : "", source.columns(), source.rows());
-  out += text(" %s, %s\n", source.data_type().c_str(), source.driver().c_str());
-  out += text("crs       %.300s (%s)\n", source.crs().c_str(), source.crs_from().c_str());
+  out += text(" %s, %s\n", masked(source.data_type()).c_str(), masked(source.driver()).c_str());
+  out += text("crs       %.300s (%s)\n", masked(source.crs()).c_str(), masked(source.crs_from()).c_str());
   const bool other = !source.vertical_datum_declared().empty() && source.vertical_datum_declared() != source.vertical_datum();
-  out +=
-      text("heights   above %.200s (%s%s%.200s%s%.200s), unit %.50s\n", source.vertical_datum().c_str(),
-           source.vertical_datum_from().c_str(), source.vertical_grid().empty() ? "" : ", by ", source.vertical_grid().c_str(),
-           other ? "; the raster declares " : "", other ? source.vertical_datum_declared().c_str() : "", source.unit().c_str());
+  out += text("heights   above %.200s (%s%s%.200s%s%.200s), unit %.50s\n", masked(source.vertical_datum()).c_str(),
+              masked(source.vertical_datum_from()).c_str(), source.vertical_grid().empty() ? "" : ", by ",
+              masked(source.vertical_grid()).c_str(), other ? "; the raster declares " : "",
+              other ? masked(source.vertical_datum_declared()).c_str() : "", masked(source.unit()).c_str());
   return out;
 }
 
@@ -55,8 +59,8 @@ std::string pixels_line(const proto::Source& source) {
 std::string strategy_lines(const proto::Manifest& manifest) {
   std::string out;
   if (const std::string& strategy = manifest.options().strategy(); !strategy.empty())
-    out += text("strategy  %.20s\n", strategy.c_str());
-  for (const std::string& note : manifest.notes()) out += text("note      %.400s\n", as_typed(note).c_str());
+    out += text("strategy  %.20s\n", masked(strategy).c_str());
+  for (const std::string& note : manifest.notes()) out += text("note      %.400s\n", as_typed(masked(note)).c_str());
   return out;
 }
 
@@ -86,13 +90,13 @@ int wrong_usage(const proto::Problem& problem) {
 std::string manifest_table(const proto::Manifest& manifest) {
   const proto::Source& source = manifest.source();
   std::string out = source_lines(manifest);
-  out += text("nodata    %.100s, %.2f %% of the lattice\n", source.nodata().c_str(), 100 * source.nodata_share());
+  out += text("nodata    %.100s, %.2f %% of the lattice\n", masked(source.nodata()).c_str(), 100 * source.nodata_share());
   out += strategy_lines(manifest);
   out += text("range     %.2f to %.2f m above the ellipsoid\n", source.min_height(), source.max_height());
   out += pixels_line(source);
   out += text("tiles     %u in levels %u to %u, %u triangles, %s; cell %.2f m", manifest.tiles(), manifest.min_level(),
               manifest.max_level(), manifest.triangles(), bytes_text(manifest.bytes()).c_str(), manifest.cell_m());
-  if (!manifest.device().empty()) out += text("; built on %.200s", manifest.device().c_str());
+  if (!manifest.device().empty()) out += text("; built on %.200s", masked(manifest.device()).c_str());
   out += "\n";
   out += "\nlevel   tiles  triangles        .drc   target m  max error m     rmse m\n";
   bool composed = false;
@@ -106,7 +110,7 @@ std::string manifest_table(const proto::Manifest& manifest) {
 std::string estimate_table(const proto::Manifest& manifest, double seconds, const std::optional<raster::ValueLook>& values) {
   const bool shares = manifest.options().keep_size() > 0;
   std::string out = source_lines(manifest);
-  out += text("nodata    %.100s\n", manifest.source().nodata().c_str());
+  out += text("nodata    %.100s\n", masked(manifest.source().nodata()).c_str());
   if (values) out += text("values    %.300s\n", raster::text_of(*values, manifest.source().vertical_datum()).c_str());
   out += strategy_lines(manifest);
   out += text("tiles     about %u in levels %u to %u, %u triangles, %s; cell %.2f m\n", manifest.tiles(), manifest.min_level(),

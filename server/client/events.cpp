@@ -14,7 +14,8 @@ proto::Progress progress_in(const Json& json) {
     return found != json.end() && found->is_number() ? found->get<double>() : missing;
   };
   const double place = number("place", 0), share = number("share", 0);
-  progress.set_stage(json.value("stage", "queued") + (place > 0 ? ", place " + std::to_string(std::lround(place)) : ""));
+  const std::string stage = text_in(json, "stage");
+  progress.set_stage((stage.empty() ? "queued" : stage) + (place > 0 ? ", place " + std::to_string(std::lround(place)) : ""));
   // The share of all stages: one bar that never goes back.
   progress.set_done(100 * share);
   progress.set_total(place > 0 || number("total", 0) == 0 ? 0 : 100);
@@ -29,16 +30,16 @@ struct End {
   explicit operator bool() const { return ready || failed; }
 };
 
-bool is_lazy(const Json& status) { return status.is_object() && status.value("build", "") == "lazy"; }
+bool is_lazy(const Json& status) { return status.is_object() && text_in(status, "build") == "lazy"; }
 
 /// The status of a dataset as an end. A lazy build has come as far as it does by itself once there are tiles. A failed change of
 /// its rasters leaves it ready, as it was before.
 End end_in(const Json& status) {
-  const std::string state = status.value("state", "");
+  const std::string state = text_in(status, "state");
   const Json error = status.value("error", Json()), updates = status.value("updates", Json());
-  if (is_lazy(status) && status.value("provisional", false)) return {status, {}};
+  if (is_lazy(status) && status.value("provisional", Json()) == true) return {status, {}};
   if (state == "failed") return {{}, problem_in(error.is_object() ? error : Json::object())};
-  if (state != "ready" || (updates.is_object() && updates.value("pending", 0) > 0)) return {};
+  if (state != "ready" || (updates.is_object() && updates.value("pending", Json(0)) != 0)) return {};
   const Json last = updates.is_object() ? updates.value("last", Json()) : Json();
   if (last.is_object() && last.contains("error") && last["error"].is_object()) return {{}, problem_in(last["error"])};
   return {status, {}};
@@ -88,8 +89,8 @@ void EventReader::line(std::string_view text) {
 }
 
 std::string how_it_stands(const Json& status) {
-  const bool ready = status.value("state", "") == "ready";
-  return status.value("id", "") + (ready ? " is ready" : " can be seen; its blocks are made as their tiles are asked for");
+  const bool ready = text_in(status, "state") == "ready";
+  return text_in(status, "id") + (ready ? " is ready" : " can be seen; its blocks are made as their tiles are asked for");
 }
 
 proto::Result<Json> follow(Talk& talk, const std::string& id, ProgressBar& bar) {

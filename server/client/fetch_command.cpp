@@ -6,6 +6,7 @@
 #include <mutex>
 #include <thread>
 
+#include "proto/utf8.h"
 #include "server/client/commands.h"
 #include "server/client/shelf.h"
 #include "server/client/talk.h"
@@ -181,6 +182,18 @@ std::optional<Problem> check(const FetchLine& line, std::size_t* connections) {
   return std::nullopt;
 }
 
+/// Without what it would obey, but for the ends of lines and tabs.
+std::string for_a_terminal(const std::string& text) {
+  std::string out;
+  for (std::size_t from = 0; from < text.size();) {
+    const std::size_t end = std::min(text.find_first_of("\n\t", from), text.size());
+    out += proto::one_line(std::string_view(text).substr(from, end - from));
+    if (end < text.size()) out += text[end];
+    from = end + 1;
+  }
+  return out;
+}
+
 int to_stdout(const ServiceAddress& place, const FetchLine& line) {
   const auto address = address_named(line.what.front());
   if (!address) return tell(address.problem(), line.show);
@@ -190,7 +203,7 @@ int to_stdout(const ServiceAddress& place, const FetchLine& line) {
       answer->header("content-type").find("json") != std::string::npos || answer->header("content-type").starts_with("text/");
   if (!text && isatty(STDOUT_FILENO))
     return tell({"usage", "a tile is no text for a terminal", "-o FILE", "--output"}, line.show);
-  std::cout << answer->body << std::flush;
+  std::cout << (isatty(STDOUT_FILENO) ? for_a_terminal(answer->body) : answer->body) << std::flush;
   if (is_provisional(*answer) && line.words == Verbosity::all)
     std::cerr << "cordillera: this is provisional: the dataset is not built to its end\n";
   return std::cout ? kDone : kFailed;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "proto/numbers.h"
+#include "proto/utf8.h"
 #include "server/http/problems.h"
 #include "server/options/spoken_words.h"
 
@@ -87,16 +88,19 @@ proto::Problem Talk::problem_of(const Answer& answer) const {
             "the proxy at " + address_ + " does not reach its service (" + std::to_string(answer.status) + ")",
             "trying again later", ""};
   if (answer.status / 100 == 3)
-    return {"answer-unknown", address_ + " leads to " + answer.header("location"), "that address, as --server", "--server"};
+    return {"answer-unknown", address_ + " leads to " + proto::one_line(answer.header("location")), "that address, as --server",
+            "--server"};
   return {"answer-unknown", address_ + " answers " + std::to_string(answer.status) + ", and not as Cordillera does", accepted,
           "--server"};
 }
 
+std::string text_in(const Json& json, const char* name) {
+  const auto found = json.find(name);
+  return found != json.end() && found->is_string() ? proto::one_line(found->get<std::string>()) : std::string();
+}
+
 proto::Problem problem_in(const Json& json) {
-  const auto text = [&json](const char* name) {
-    const auto found = json.find(name);
-    return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
-  };
+  const auto text = [&json](const char* name) { return text_in(json, name); };
   std::string slug = text("type");
   if (slug.starts_with(kUrn)) slug.erase(0, kUrn.size());
   return {slug, text("detail").empty() ? text("title") : text("detail"), text("accepted"), text("parameter")};

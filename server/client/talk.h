@@ -40,6 +40,8 @@ class Talk {
 };
 
 /// The problem in an answer (RFC 9457). Where the members are missing, detail is the text itself.
+/// Of an answer's object, on one line and without what a terminal would obey; empty: there is no such text.
+std::string text_in(const Json& json, const char* name);
 proto::Problem problem_in(const Json& json);
 
 /// 1, 2 where the command line is wrong, 75 where trying again may help.

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "proto/integers.h"
+#include "proto/lattice.h"
 #include "proto/letters.h"
 #include "raster/place/area.h"
 #include "server/options/option_values.h"
@@ -17,6 +18,7 @@ using proto::Problem;
 using raster::Area;
 
 constexpr std::size_t kMost = 2'000'000;     // addresses of one command
+constexpr double kMost_deg = 540;            // a box may be a turn away
 constexpr std::size_t kMostOfMiddle = 2000;  // tries
 
 struct TileFormat {
@@ -37,13 +39,18 @@ struct DatasetExtent {
 
 proto::Result<DatasetExtent> extent_of(const Json& manifest) {
   const Json bounds = manifest.value("bounds", Json::array());
-  const bool sound = bounds.is_array() && bounds.size() >= 4 && manifest.contains("max_level") &&
-                     manifest["max_level"].is_number_unsigned() &&
-                     std::all_of(bounds.begin(), bounds.end(), [](const Json& number) { return number.is_number(); });
-  if (!sound)
+  const bool sound =
+      bounds.is_array() && bounds.size() >= 4 && manifest.contains("max_level") && manifest["max_level"].is_number_unsigned() &&
+      std::all_of(bounds.begin(), bounds.end(),
+                  [](const Json& number) { return number.is_number() && std::abs(number.get<double>()) <= kMost_deg; });
+  const Json least = manifest.value("min_level", Json(0u));
+  // Of what is shifted by a level none is too large for it.
+  const bool levels =
+      sound && least.is_number_unsigned() && manifest["max_level"] <= proto::kMaxLevel && least <= manifest["max_level"];
+  if (!levels)
     return Problem{"answer-unknown", "the manifest does not say where the dataset is", "a service of this version", "--server"};
   return DatasetExtent{*raster::area_of(bounds.get<std::vector<double>>()),
-                       {manifest.value("min_level", 0u), manifest["max_level"].get<std::uint32_t>()}};
+                       {least.get<std::uint32_t>(), manifest["max_level"].get<std::uint32_t>()}};
 }
 
 proto::Result<Levels> read_levels(const std::string& text, const Levels& all) {
@@ -145,16 +152,26 @@ Problem elsewhere(const TileWords& words, const Area& data) {
 struct LayerRange {
   long first_x, first_y, last_x, last_y;
 };
+/// Whether a level has such tiles.
+bool is_within(const LayerRange& range, std::size_t level) {
+  if (level > std::size_t{proto::kMaxLevel}) return false;
+  const bool ordered = range.first_x <= range.last_x && range.first_y <= range.last_y;
+  return ordered && range.first_x >= 0 && range.first_y >= 0 && range.last_x < 2l << level && range.last_y < 1l << level;
+}
+
 proto::Result<std::vector<std::vector<LayerRange>>> ranges_of(const Json& layer) {
   std::vector<std::vector<LayerRange>> levels;
+  bool sound = true;
   try {
     for (const Json& level : layer.at("available")) {
       auto& ranges = levels.emplace_back();
-      for (const Json& range : level)
+      for (const Json& range : level) {
         ranges.push_back({range.at("startX"), range.at("startY"), range.at("endX"), range.at("endY")});
+        sound = sound && is_within(ranges.back(), levels.size() - 1);
+      }
     }
-  } catch (const Json::exception&) { levels.clear(); }
-  if (!levels.empty()) return levels;
+  } catch (const Json::exception&) { sound = false; }
+  if (sound && !levels.empty() && levels.size() <= std::size_t{proto::kMaxLevel} + 1) return levels;
   return Problem{"answer-unknown", "the layer.json does not say which tiles there are", "a service of this version", "--server"};
 }
 

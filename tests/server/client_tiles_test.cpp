@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "server/cli/commands.h"
+#include "server/client/events.h"
 #include "server/client/tiles.h"
 
 namespace cordillera::server {
@@ -36,6 +38,47 @@ TEST(ClientTiles, OfABoxAndLevels) {
   EXPECT_EQ(*client::address_named("layer.json"), "layer.json");
 }
 
+/// A manifest is what a service says, and that may be anything.
+TEST(ClientTiles, OfAManifestThatIsNoneAreAProblem) {
+  const auto type = [](const Json& least, const Json& finest, const char* format, bool middle) {
+    const Json manifest = {{"bounds", {-180, -90, 180, 90}}, {"min_level", least}, {"max_level", finest}};
+    const auto found =
+        middle ? client::addresses_from_the_middle(manifest, format) : client::addresses_of(manifest, {"", "", format});
+    return found ? "" : found.problem().type;
+  };
+  for (const bool middle : {false, true}) {
+    EXPECT_EQ(type("a", 3u, "drc", middle), "answer-unknown");
+    EXPECT_EQ(type(-1, 3u, "drc", middle), "answer-unknown");
+    EXPECT_EQ(type(63u, 4000000000u, "drc", middle), "answer-unknown");
+    EXPECT_EQ(type(0u, std::uint64_t{1} << 40, "drc", middle), "answer-unknown");
+    EXPECT_EQ(type(5u, 3u, "drc", middle), "answer-unknown");
+  }
+}
+
+TEST(ClientTiles, OfABoxThatIsNoneAreAProblem) {
+  for (const double east : {1e308, -1e308, 1e9}) {
+    const auto found = client::addresses_of({{"bounds", {5.0, 5.0, east, 6.0}}, {"min_level", 0u}, {"max_level", 3u}}, {});
+    ASSERT_FALSE(found) << east;
+    EXPECT_EQ(found.problem().type, "answer-unknown") << east;
+  }
+}
+
+TEST(ClientTiles, OfALayerThatIsNoneAreAProblem) {
+  constexpr std::int64_t kFar = 9'000'000'000'000'000'000;
+  const auto type = [](const Json& range, const std::string& bbox) {
+    const Json layer = {{"available", {Json::array({range})}}};
+    const auto found = client::addresses_of_layer({{"bounds", {-180, -90, 180, 90}}, {"min_level", 0u}, {"max_level", 0u}}, layer,
+                                                  {bbox, "", "terrain"});
+    return found ? "" : found.problem().type;
+  };
+  for (const char* bbox : {"", "1,1,2,2"}) {
+    EXPECT_EQ(type({{"startX", 0}, {"startY", 1}, {"endX", kFar}, {"endY", 0}}, bbox), "answer-unknown");
+    EXPECT_EQ(type({{"startX", -5}, {"startY", -kFar}, {"endX", 1}, {"endY", 0}}, bbox), "answer-unknown");
+    EXPECT_EQ(type({{"startX", 0}, {"startY", 0}, {"endX", 0}, {"endY", kFar}}, bbox), "answer-unknown");
+    EXPECT_EQ(type({{"startX", 0}, {"startY", 0}, {"endX", 1}, {"endY", 0}}, bbox), "");
+  }
+}
+
 TEST(ClientTiles, OfALayerHaveTheirSiblings) {
   const Json root = {{"startX", 0}, {"startY", 0}, {"endX", 1}, {"endY", 0}};
   const Json first = {{"startX", 2}, {"startY", 0}, {"endX", 3}, {"endY", 1}},
@@ -53,6 +96,27 @@ TEST(ClientTiles, OfALayerHaveTheirSiblings) {
               ElementsAre("terrain/2/4/2.terrain", "terrain/2/4/3.terrain", "terrain/2/5/2.terrain", "terrain/2/5/3.terrain"));
   EXPECT_THAT(addresses({"100,1,110,2", "", "terrain"}), ElementsAre(HasSubstr("the dataset is elsewhere")));
   EXPECT_THAT(addresses({"", "3", "terrain"}), ElementsAre(HasSubstr("a level from 0 to 2")));
+}
+
+/// What a service says may be anybody's text, and a terminal obeys some of it.
+TEST(ClientWords, HaveNothingThatATerminalObeys) {
+  const std::string bad =
+      "D\x1b]0;PWNED\a\x1b[2J\nfake \xc2\x9b"
+      "31m";
+  const proto::Problem problem =
+      client::problem_in({{"type", "urn:cordillera:problem:x\x1b[31m"}, {"detail", bad}, {"accepted", bad}, {"parameter", bad}});
+  for (const std::string& text : {problem.type, problem.detail, problem.accepted, problem.parameter,
+                                  client::how_it_stands({{"id", bad}, {"state", "ready"}}), client::how_it_stands({{"id", 1}})})
+    EXPECT_TRUE(text.find_first_of("\x1b\a\n") == text.npos && text.find("\xc2\x9b") == text.npos) << text;
+  proto::Manifest manifest;
+  manifest.mutable_source()->set_file(bad);
+  manifest.mutable_source()->set_crs(bad);
+  manifest.mutable_source()->set_nodata(bad);
+  manifest.set_device(bad);
+  manifest.add_notes(bad);
+  const std::string table = manifest_table(manifest);
+  EXPECT_EQ(table.find_first_of("\x1b\a"), table.npos) << table;
+  EXPECT_EQ(table.find("\nfake"), table.npos) << table;
 }
 
 }  // namespace
