@@ -239,6 +239,9 @@ Response post_form(Service& service, const Request& request, FormReader form) {
                                    std::filesystem::file_size(upload.folder() / upload.raster(), unknown_size)});
   auto more = with_sides_packed(upload.folder(), *behind);
   if (!more) return problem_response(more.problem());
+  // The form's bytes are those of each, for nobody knows which they were.
+  if (request.sent)
+    for (const MoreRaster& raster : *more) note_sent(upload.folder() / raster.file, *request.sent);
   upload.take(more->front().file, more->front().hash);
   std::string name = more->front().name;
   more->erase(more->begin());

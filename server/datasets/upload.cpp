@@ -1,8 +1,10 @@
 #include "server/datasets/upload.h"
 
 #include <string.h>
+#include <sys/xattr.h>
 
 #include "proto/letters.h"
+#include "proto/numbers.h"
 #include "raster/disk/new_file.h"
 #include "raster/disk/write_all.h"
 #include "server/http/digest.h"
@@ -11,6 +13,8 @@ namespace cordillera::server {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* kSentNote = "user.cordillera.sent";
 
 proto::Problem too_large(std::uint64_t limit) {
   return {"body-too-large", "the body is larger than this service takes", "at most " + std::to_string(limit >> 20) + " MiB", ""};
@@ -59,6 +63,7 @@ proto::Result<void> Upload::receive(const Request& request, std::uint64_t limit,
     return proto::Problem{"body-empty", "the request has no body", "a raster as the body: curl --data-binary @dem.tif …", ""};
   }
   if (!file.close()) return cannot_write();
+  if (request.sent) note_sent(folder_ / raster_, *request.sent);
   hash_ = digest.finish();
   return {};
 }
@@ -93,6 +98,17 @@ proto::Result<void> Upload::move_to(const fs::path& place) {
   if (!raster::sync_path(place.parent_path())) return cannot_write();
   folder_.clear();
   return {};
+}
+
+void note_sent(const fs::path& file, std::uint64_t bytes) {
+  const std::string text = std::to_string(bytes);
+  setxattr(file.c_str(), kSentNote, text.data(), text.size(), 0);
+}
+
+std::optional<std::uint64_t> sent_bytes(const fs::path& file) {
+  char text[20];
+  const auto size = getxattr(file.c_str(), kSentNote, text, sizeof text);
+  return size > 0 ? proto::number<std::uint64_t>(std::string_view(text, static_cast<std::size_t>(size))) : std::nullopt;
 }
 
 std::string suffix_of(const std::string& name) {

@@ -41,6 +41,11 @@ class Upload {
   std::string hash_;
 };
 
+/// How few bytes a raster came in, noted with the file itself, whatever becomes of its name: it may be cheap to send and large.
+/// Nothing where it came as it is, and where the disk keeps no such notes.
+void note_sent(const std::filesystem::path& file, std::uint64_t bytes);
+std::optional<std::uint64_t> sent_bytes(const std::filesystem::path& file);
+
 /// ".tif" of "My dem.TIF"; empty if the name has no plain suffix.
 std::string suffix_of(const std::string& name);
 /// "my-dem" of "My DEM.tif", at most 40 letters, digits and dashes; empty if there are none.

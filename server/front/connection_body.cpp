@@ -28,8 +28,11 @@ void Connection::begin_with_body(Head head) {
   pipe_ = std::make_shared<BodyPipe>([weak = weak_from_this()] {
     if (const auto still = weak.lock()) still->later([still] { still->want_body(); });
   });
-  request_.read_body = decoding(request_.header("content-encoding").value_or(""), [pipe = pipe_](const Request::Sink& sink) {
+  const std::string coding = request_.header("content-encoding").value_or("");
+  if (!coding.empty()) request_.sent = std::make_shared<std::uint64_t>(0);
+  request_.read_body = decoding(coding, [pipe = pipe_, sent = request_.sent](const Request::Sink& sink) {
     while (const auto piece = pipe->pop()) {
+      if (sent) *sent += piece->size();
       if (!sink(*piece)) return false;
     }
     return pipe->whole();

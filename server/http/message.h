@@ -26,6 +26,8 @@ struct Request {
   /// Hands the body to the sink in pieces, until its end or until the sink says false. True if the body came to its end.
   using Sink = std::function<bool(std::string_view piece)>;
   std::function<bool(const Sink& sink)> read_body;
+  /// Bytes of the body so far as they came; null: as it is handed on.
+  std::shared_ptr<std::uint64_t> sent;
   std::string client;    ///< whose request it is: the other end of the connection, or whom a trusted proxy names
   std::string id;        ///< names the request in answers and logs; the API gives it
   access::Identity who;  ///< filled in by the API, as id is

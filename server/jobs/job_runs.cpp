@@ -1,6 +1,8 @@
 // The queue's part that runs jobs: what a child is told, what it may take, and once more where that may help.
+#include <algorithm>
 #include <fstream>
 
+#include "server/datasets/upload.h"
 #include "server/http/json.h"
 #include "server/jobs/job_queue.h"
 #include "server/jobs/turn.h"
@@ -30,7 +32,10 @@ proto::Problem cannot_write_job(const std::filesystem::path& folder) {
 std::uint64_t bytes_of_rasters(const std::filesystem::path& folder, const proto::Job& job) {
   std::error_code error;
   std::uint64_t bytes = 0;
-  const auto add = [&](const std::filesystem::path& file) { bytes += limits::bytes_on_disk(file); };
+  const auto add = [&](const std::filesystem::path& file) {
+    const std::uint64_t there = limits::bytes_on_disk(file);
+    bytes += std::min(there, sent_bytes(file).value_or(there));
+  };
   if (!job.raster().empty()) add(folder / job.raster());
   for (const proto::JobRaster& raster : job.rasters()) add(folder / raster.path());
   for (const auto& entry : std::filesystem::directory_iterator(folder / updates::kSources, error)) add(entry.path());

@@ -99,6 +99,25 @@ TEST(BuildTime, IsToldToTheJob) {
   EXPECT_EQ(told, 140U);
 }
 
+/// A body that was compressed on its way is as large as what came.
+TEST(BuildTime, GrowsWithWhatCameOfACodedBody) {
+  TestService test;
+  Request request;
+  request.method = "POST";
+  request.path = "/v1/datasets";
+  request.headers = {{"content-encoding", "gzip"}};
+  request.sent = std::make_shared<std::uint64_t>(0);
+  request.read_body = [sent = request.sent](const Request::Sink& sink) {
+    *sent = 1000;
+    return sink("SLOW" + std::string(std::size_t{3} << 20, ' '));
+  };
+  const std::string id = posted_id(test.api().handle(request));
+  ASSERT_TRUE(eventually([&] { return std::filesystem::exists(test.service().layout().dataset(id) / kJobFile); }));
+  proto::Job job;
+  job.set_raster(test.service().registry().find(id)->raster);
+  EXPECT_EQ(bytes_of_rasters(test.service().layout().dataset(id), job), 1000U);
+}
+
 /// A raster that is read by ranges is as long as its server says, and hardly anything of it is there.
 TEST(BuildTime, OfWhatWasNotFetchedIsNone) {
   TempFolder folder;
