@@ -105,7 +105,7 @@ TEST(BuildTime, GrowsWithWhatCameOfACodedBody) {
   Request request;
   request.method = "POST";
   request.path = "/v1/datasets";
-  request.headers = {{"content-encoding", "gzip"}};
+  request.headers = {{"content-encoding", "gzip"}, {"transfer-encoding", "chunked"}};
   request.sent = std::make_shared<std::uint64_t>(0);
   request.read_body = [sent = request.sent](const Request::Sink& sink) {
     *sent = 1000;
