@@ -39,10 +39,11 @@ struct DatasetExtent {
 
 proto::Result<DatasetExtent> extent_of(const Json& manifest) {
   const Json bounds = manifest.value("bounds", Json::array());
-  const bool sound =
-      bounds.is_array() && bounds.size() >= 4 && manifest.contains("max_level") && manifest["max_level"].is_number_unsigned() &&
-      std::all_of(bounds.begin(), bounds.end(),
-                  [](const Json& number) { return number.is_number() && std::abs(number.get<double>()) <= kMost_deg; });
+  const auto is_number = [](const Json& one) { return one.is_number(); };
+  const auto is_place = [](const Json& degrees) { return std::abs(degrees.get<double>()) <= kMost_deg; };
+  const bool box = bounds.is_array() && bounds.size() >= 4 && std::all_of(bounds.begin(), bounds.end(), is_number) &&
+                   std::all_of(bounds.begin(), bounds.begin() + 4, is_place);  // heights may follow
+  const bool sound = box && manifest.contains("max_level") && manifest["max_level"].is_number_unsigned();
   const Json least = manifest.value("min_level", Json(0u));
   // Of what is shifted by a level none is too large for it.
   const bool levels =

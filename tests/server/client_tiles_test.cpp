@@ -41,7 +41,7 @@ TEST(ClientTiles, OfABoxAndLevels) {
 /// A manifest is what a service says, and that may be anything.
 TEST(ClientTiles, OfAManifestThatIsNoneAreAProblem) {
   const auto type = [](const Json& least, const Json& finest, const char* format, bool middle) {
-    const Json manifest = {{"bounds", {-180, -90, 180, 90}}, {"min_level", least}, {"max_level", finest}};
+    const Json manifest = {{"bounds", {-180, -90, 180, 90, -400, 8848}}, {"min_level", least}, {"max_level", finest}};
     const auto found =
         middle ? client::addresses_from_the_middle(manifest, format) : client::addresses_of(manifest, {"", "", format});
     return found ? "" : found.problem().type;
@@ -52,6 +52,7 @@ TEST(ClientTiles, OfAManifestThatIsNoneAreAProblem) {
     EXPECT_EQ(type(63u, 4000000000u, "drc", middle), "answer-unknown");
     EXPECT_EQ(type(0u, std::uint64_t{1} << 40, "drc", middle), "answer-unknown");
     EXPECT_EQ(type(5u, 3u, "drc", middle), "answer-unknown");
+    EXPECT_EQ(type(0u, 3u, "drc", middle), "");
   }
 }
 
