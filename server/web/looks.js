@@ -1,4 +1,5 @@
 // How the terrain is shown: its colours, its triangles, how high, how fine.
+import { mend_antimeridian } from "./antimeridian.js";
 import { follow_detail, shaded_relief } from "./shaded_relief.js";
 import { as_drawn, follow_camera, height_tint, plain_ambient } from "./terrain_style.js";
 import { ask, asked_by_cesium } from "./token.js";
@@ -25,6 +26,8 @@ const kThrough = 0.4;
 // The error that is asked for at first, as log2 of pixels. Shading shows what stated errors leave out; normal maps put it back. Pictures
 // on tiles are as fine as the tiles.
 const kFirstDetail = { shaded: "0", pictures: "-1" };
+
+mend_antimeridian();
 
 export class Looks {
   // normal_maps: the tiles have them.
