@@ -16,7 +16,7 @@ import { start_page_server } from "./page_server.mjs";
 import { block_of, page_of, snippet_of } from "./snippets.mjs";
 import { try_browser_client } from "./try_browser.mjs";
 
-const options = ["chromium", "url", "terrain", "flat", "known", "archives", "docs", "modules", "pictures", "private", "token", "held", "job", "lazy", "lazy-url", "plain", "viewer", "only"];
+const options = ["chromium", "url", "terrain", "flat", "across", "known", "archives", "docs", "modules", "pictures", "private", "token", "held", "job", "lazy", "lazy-url", "plain", "viewer", "only"];
 const { values: given } = parseArgs({ options: Object.fromEntries(options.map((name) => [name, { type: "string" }])) });
 const wanted = ({ name }) => !given.only || given.only.split(",").includes(name);
 const in_browser = kBrowserClients.filter(wanted);
@@ -64,6 +64,7 @@ async function run_browser(pages, shared) {
 async function run_demo_pages(shared) {
   const among = (name) => wanted({ name: `demo-${name}` });
   for (const name of kDemoPages.filter(among)) await run(`demo-${name}`, () => try_demo_page(name, shared));
+  if (among("across")) await run("demo-across", () => try_demo_page("openlayers", { ...shared, id: given.across, picture: "across" }));
   if (among("qgis")) await run("demo-qgis", () => try_qgis_page(shared));
   if (among("live")) await run("demo-live", () => try_following_pages({ ...shared, id: given.held, job: Number(given.job) }));
   if (among("lazy")) await run("demo-lazy", () => try_lazy_page({ ...shared, url: given["lazy-url"], id: given.lazy }));

@@ -36,6 +36,8 @@ export CORDILLERA_TOKEN=$token
 gdal_create -q -of GTiff -ot Int16 -outsize 960 540 -bands 1 -burn 500 -a_srs EPSG:4326 -a_ullr -71.85 44.5 -71.05 44.05 "$work/flat.tif"
 terrain=$(post "$sample")
 flat=$(post "$work/flat.tif")
+gdal_translate -q -a_ullr 179.6 44.5 180.4 44.05 "$sample" "$work/across.tif"
+across=$(post "$work/across.tif")
 gdal_translate -q -srcwin 300 200 200 200 "$sample" "$work/part.tif"
 hidden=$(curl -fsS -T "$work/part.tif" -X POST -H "Authorization: Bearer $token" -H 'Prefer: wait=300' "$url/v1/datasets?name=part.tif&private=1" | json_id)
 for id in "$terrain" "$flat"; do
@@ -61,7 +63,7 @@ viewer=$(first_line "$work/view")
 
 curl -fsS -o "$work/manifest.json" "$url/v1/datasets/$terrain/manifest.json"
 python3 "$here/../known_heights.py" "$sample" "$work/manifest.json" >"$work/known.json"
-node "$modules/clients/look.mjs" --chromium "$chromium" --url "$url" --terrain "$terrain" --flat "$flat" \
+node "$modules/clients/look.mjs" --chromium "$chromium" --url "$url" --terrain "$terrain" --flat "$flat" --across "$across" \
   --known "$work/known.json" --archives "$work/archives" \
   --docs "$repository/docs" --modules "$modules/node_modules" \
   --pictures "$pictures" --private "$hidden" --token "$token" --held "$held" --job "$held_job" --lazy "$lazy" --lazy-url "$lazy_url" --plain "$plain" --viewer "$viewer" ${ONLY:+--only "$ONLY"}
