@@ -31,13 +31,14 @@ export function stay() {
 // Whether the page is to show it although it shows something else.
 export const goes_to = (id) => last?.id === id && last.goes;
 
-// Posts them. Of several posts the page goes to the last one.
-export function post(files, options) {
+// Posts them. Of several posts the page goes to the last one. taken(): the service has them.
+export function post(files, options, taken = () => {}) {
   const upload = (last = { id: null, name: files[0].name, goes: true, cancel: null });
   const give_up = post_rasters(files, options, {
     progress: (share, words) => { if (upload === last) show_progress(share, words, upload.cancel); },
     posted: (id) => {
       upload.id = id;
+      taken();
       mine.add(id);
       listen_to(id);
     },

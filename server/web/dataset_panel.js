@@ -15,7 +15,19 @@ export function say_state(words, over_all = false) {
 }
 export const say_of_tool = (words) => say(words || state_words);
 
+// Words that are not true any more, unless something else has been said since.
+export const take_back = (words) => { if (element("message").textContent === words) say(state_words); };
+export function say_for(words, milliseconds) {
+  say(words);
+  setTimeout(() => take_back(words), milliseconds);
+}
+
 const label_of = (dataset) => dataset.title || dataset.name || dataset.id;
+// Of two with one name, the end of the id tells which is which.
+const labels_of = (datasets) => datasets.map((one) => {
+  const label = label_of(one);
+  return datasets.some((other) => other !== one && label_of(other) === label) ? `${label} · ${one.id.split("-").at(-1)}` : label;
+});
 
 function make(tag, text, properties = {}) {
   return Object.assign(document.createElement(tag), { textContent: text }, properties);
@@ -23,10 +35,10 @@ function make(tag, text, properties = {}) {
 
 // Those that can be looked at, now or soon. Failed ones have a list of their own: there is nothing of them to choose.
 export function fill_dataset_list(datasets, on_choose) {
-  const list = element("datasets");
-  list.replaceChildren(...datasets.filter(({ state }) => state !== "failed").map((dataset) => {
+  const list = element("datasets"), offered = datasets.filter(({ state }) => state !== "failed"), labels = labels_of(offered);
+  list.replaceChildren(...offered.map((dataset, k) => {
     const state = dataset.asleep ? "asleep" : dataset.state, suffix = state && state !== "ready" ? ` (${state})` : "";
-    return new Option(label_of(dataset) + suffix, dataset.id);
+    return new Option(labels[k] + suffix, dataset.id);
   }));
   element("choice").hidden = list.options.length === 0;
   list.onchange = () => on_choose(list.value);
@@ -92,35 +104,63 @@ export function show_manifest(manifest) {
   element("details").hidden = false;
 }
 
+export function hide_manifest() {
+  element("details").hidden = true;
+}
+
+function unfold(open) {
+  element("panel").classList.toggle("folded", !open);
+  element("fold").textContent = open ? "–" : "+";
+  element("fold").setAttribute("aria-expanded", String(open));
+  element("fold").title = open ? "fold the panel" : "unfold the panel";
+  element("fold").ariaLabel = element("fold").title;
+}
+
+// Something in the panel that somebody has to see: whatever it lies in is opened.
+export function bring_up(id) {
+  unfold(true);
+  for (let one = element(id); one; one = one.parentElement) if (one.tagName === "DETAILS") one.open = true;
+  element(id).scrollIntoView({ block: "nearest" });
+}
+
 // On a small window the panel starts folded: the terrain is what somebody came for.
 export function start_folding() {
-  const show = (open) => {
-    element("panel").classList.toggle("folded", !open);
-    element("fold").textContent = open ? "–" : "+";
-    element("fold").setAttribute("aria-expanded", String(open));
-    element("fold").title = open ? "fold the panel" : "unfold the panel";
-  };
-  show(!window.matchMedia("(max-width: 700px), (max-height: 480px)").matches);
-  element("fold").onclick = () => show(element("panel").classList.contains("folded"));
+  unfold(!window.matchMedia("(max-width: 700px), (max-height: 480px)").matches);
+  element("fold").onclick = () => unfold(element("panel").classList.contains("folded"));
   // On a phone the legend stands above the panel, which grows with its words.
   new ResizeObserver(([{ target }]) => document.documentElement.style.setProperty("--panel-height", `${target.offsetHeight}px`)).observe(element("panel"));
 }
 
-// Open, and with room for the terrain beside it.
-export const is_beside = () => !element("panel").classList.contains("folded") && window.innerWidth > 1000;
+// Of the window's width, where the panel is open and leaves room for the terrain beside it.
+export const share_beside = () => (!element("panel").classList.contains("folded") && window.innerWidth > 1000 ? element("panel").getBoundingClientRect().right / window.innerWidth : 0);
 
 const kLink_ms = 1500;
 
-async function copy(text, button) {
-  const before = button.textContent;
-  await navigator.clipboard.writeText(text).then(() => { button.textContent = "copied"; }, () => { button.textContent = "not allowed"; });
+// Whether the text is in the clipboard. Over plain http from another machine a browser has no navigator.clipboard, but copies what is selected.
+async function copied(text) {
+  if (await navigator.clipboard?.writeText(text).then(() => true, () => false)) return true;
+  const field = make("textarea", text, { readOnly: true }), had = document.activeElement;
+  document.body.append(field);
+  field.select();
+  const done = document.execCommand("copy");
+  field.remove();
+  had?.focus();
+  return done;
+}
+
+async function copy(from, button) {
+  const before = button.textContent, done = await copied(from.textContent);
+  if (!done) document.getSelection().selectAllChildren(from);
+  button.textContent = done ? "copied" : "selected: copy it with the keys";
   setTimeout(() => { button.textContent = before; }, kLink_ms);
 }
 
 // A button of an icon has no words to change: it takes another colour, and the title says what happened.
 async function copy_link(text) {
-  const button = element("link"), before = button.title;
-  await navigator.clipboard.writeText(text).then(() => { button.title = "copied"; button.classList.add("done"); }, () => { button.title = "not allowed"; });
+  const button = element("link"), before = button.title, done = await copied(text);
+  button.title = done ? "copied" : before;
+  button.classList.toggle("done", done);
+  say_for(done ? "The link to this view is copied." : "The browser does not let this page copy. The link to this view is the address in the browser’s bar.", 2 * kLink_ms);
   setTimeout(() => { button.title = before; button.classList.remove("done"); }, kLink_ms);
 }
 
@@ -144,7 +184,7 @@ export const controls = () => ({
 
 export function show_values() {
   element("exaggeration-value").textContent = element("exaggeration").value;
-  element("detail-value").textContent = `${controls().error_px} px`;
+  element("detail-value").textContent = element("detail").ariaValueText = `${controls().error_px} px`;
   element("imagery-row").hidden = element("look").value !== "imagery";
 }
 
@@ -162,7 +202,7 @@ export function show_snippets(snippets) {
   const show = () => { element("snippet").textContent = snippets[list.selectedIndex].text; };
   list.replaceChildren(...snippets.map(({ client }, k) => new Option(client, String(k), false, k === chosen)));
   list.onchange = show;
-  element("copy-snippet").onclick = () => copy(element("snippet").textContent, element("copy-snippet"));
+  element("copy-snippet").onclick = () => copy(element("snippet"), element("copy-snippet"));
   show();
 }
 

@@ -1,5 +1,6 @@
 // What is to be posted, before it is: files, options, and what a build would make of them (a dry run).
-import { ask } from "./token.js";
+import { bring_up } from "./dataset_panel.js";
+import { ask, refused } from "./token.js";
 import { post_address, post_body, unreadable, words_of } from "./upload.js";
 
 const kOptions = ["error", "crs", "vertical_datum", "nodata", "voids", "imagery"];  // fields of the page, named for the service's options
@@ -11,7 +12,8 @@ export const chosen_options = () => Object.fromEntries(kOptions.map((name) => [n
 
 const is_open = () => element("options").open;
 
-// on_post(files, options): they are to be built. With the drawer of options open they wait there for the button; else they go at once.
+// on_post(files, options, posted): they are to be built; posted() is called when the service has taken them. With the drawer of options open, or with
+// options that are still filled in, they wait there for the button; else they go at once.
 export class Draft {
   constructor(on_post) {
     Object.assign(this, { on_post, files: [], turn: 0 });
@@ -23,7 +25,8 @@ export class Draft {
 
   take(files) {
     this.files = files;
-    if (files.length > 0 && !is_open()) return this.post();
+    if (files.length > 0 && !is_open() && Object.keys(chosen_options()).length === 0) return this.post();
+    if (files.length > 0) bring_up("option-error");
     return this.estimate();
   }
 
@@ -31,14 +34,18 @@ export class Draft {
     const { files } = this;
     this.files = [];
     this.show("");
-    this.on_post(files, chosen_options());
+    const options = chosen_options();
+    // They are of these files. Where the service refuses them, they stay to be changed.
+    this.on_post(files, options, () => { for (const name of Object.keys(options)) if (field(name).value.trim() === options[name]) field(name).value = ""; });
   }
 
   show(words, kind = "") {
-    element("draft").hidden = this.files.length === 0 || !is_open();
+    const hidden = this.files.length === 0 || !is_open(), appears = !hidden && element("draft").hidden;
+    element("draft").hidden = hidden;
     element("draft-files").textContent = this.files.map(({ name }) => name).join(", ");
     element("estimate").textContent = words;
     element("estimate").className = kind;
+    if (appears) bring_up("build");
   }
 
   // What the service says that a build would be. The fields that are empty say what it would take.
@@ -50,7 +57,7 @@ export class Draft {
     if (answer?.parameter === "dry_run") answer = await this.dry_run(asked = asked.slice(0, 1));  // it looks at one raster
     if (turn !== this.turn) return undefined;  // another question was asked meanwhile
     if (!answer) return this.show((await unreadable(asked)) ?? "The service does not answer.", "problem");
-    if (!answer.manifest) return this.show(words_of(answer, answer.status), "problem");
+    if (!answer.manifest) return this.show(refused(answer.status) ?? words_of(answer, answer.status), "problem");
     this.fill(answer.manifest);
     return this.show((asked.length < this.files.length ? `Of ${asked[0].name} alone: ` : "") + estimate_text(answer));
   }
@@ -68,15 +75,16 @@ export class Draft {
   }
 }
 
-const kTime = [[5400, 3600, "hours"], [90, 60, "minutes"], [0, 1, "seconds"]];
+const kTime = [[5400, 3600, "hour"], [90, 60, "minute"], [0, 1, "second"]];
 function time_text(seconds) {
-  const [, unit, name] = kTime.find(([least]) => seconds >= least);
-  return `${Math.max(1, Math.round(seconds / unit))} ${name}`;
+  const [, unit, name] = kTime.find(([least]) => seconds >= least), count = Math.max(1, Math.round(seconds / unit));
+  return `${count} ${name}${count === 1 ? "" : "s"}`;
 }
+const size_text = (bytes) => (bytes < 1e5 ? `${Math.max(1, Math.round(bytes / 1e3))} kB` : `${(bytes / 1e6).toFixed(1)} MB`);
 
 function estimate_text({ manifest, seconds }) {
   const { levels, tiles, triangles, bytes, notes = [] } = manifest, [finest, coarsest] = [levels[0], levels.at(-1)];
   const error = finest.target ? `, at most ${Number(finest.target.toPrecision(3))} m off` : "";
   return [`levels ${coarsest.level} to ${finest.level}${error}`, `about ${tiles.toLocaleString("en")} tiles and ${triangles.toLocaleString("en")} triangles`,
-    `${(bytes / 1e6).toFixed(1)} MB, ${time_text(seconds)}`, ...notes].join(" · ");
+    `${size_text(bytes)}, ${time_text(seconds)}`, ...notes].join(" · ");
 }

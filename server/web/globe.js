@@ -58,16 +58,58 @@ export function outline([west, south, east, north, , max_height]) {
   return lines;
 }
 
-// From the south-east, the horizon in sight. A tall window looks down more steeply: there is little beside the data.
-const kHomeHeading_deg = -24, kHomePitch_deg = -21, kTallPitch_deg = -38;
-const kPanelShare = 0.1;  // of the distance: how far the panel, where there is one beside the data, moves the view
-export function fly_home(camera, bounds, panel_beside) {
-  const sphere = data_sphere(bounds), tall = camera.frustum.aspectRatio < 1;
-  const range = sphere.radius * (tall ? 1.25 / camera.frustum.aspectRatio : 1.6);
-  const pitch = tall ? kTallPitch_deg : kHomePitch_deg;
-  camera.viewBoundingSphere(sphere, new HeadingPitchRange(CesiumMath.toRadians(kHomeHeading_deg), CesiumMath.toRadians(pitch), range));
+// From the south-east, the horizon in sight. A tall window looks down more steeply: there is little beside the data. So does one of data that go
+// around much of the Earth, which would hide them behind itself.
+const kHomeHeading_deg = -24, kHomePitch_deg = -21, kTallPitch_deg = -38, kWidePitch_deg = -85;
+const kWide_rad = 0.5;
+const kFilled = 0.95;  // of the window
+
+// panel_share: of the window's width, what the panel takes at its left.
+export function fly_home(scene, bounds, panel_share) {
+  const { camera } = scene, sphere = data_sphere(bounds), { aspectRatio, fovy } = camera.frustum;
+  const wide = Math.min(1, sphere.radius / Cesium.Ellipsoid.WGS84.maximumRadius / kWide_rad);
+  const pitch = CesiumMath.lerp(aspectRatio < 1 ? kTallPitch_deg : kHomePitch_deg, kWidePitch_deg, wide);
+  const points = points_of(bounds, scene.verticalExaggeration), middle = points[0];
+  camera.lookAt(middle, new HeadingPitchRange(CesiumMath.toRadians(kHomeHeading_deg * (1 - wide)), CesiumMath.toRadians(pitch), sphere.radius));
   camera.lookAtTransform(Cesium.Matrix4.IDENTITY);
-  if (panel_beside) camera.moveLeft(range * kPanelShare);
+  const up = Math.tan(fovy / 2), side = up * aspectRatio, taken = panel_share * (1 - wide);
+  camera.position = place_that_sees(points, camera, { middle: side * taken, half: kFilled * side * (1 - taken) }, { middle: 0, half: kFilled * up });
+}
+
+// The middle first, then all around, low and high.
+function points_of([west, south, east, north, low, high], factor) {
+  const kSteps = 8, wide = (east - west + 360) % 360 || 360, points = [];
+  const add = (u, v, height) => points.push(Cartesian3.fromDegrees(west + u * wide, south + v * (north - south), height * factor));
+  add(0.5, 0.5, (low + high) / 2);
+  for (let k = 0; k <= kSteps; ++k) for (const height of [low, high]) for (const at of [0, 1]) { add(k / kSteps, at, height); add(at, k / kSteps, height); }
+  return points;
+}
+
+// Where a camera that looks as this one does has all points in its window, in the middle of it, and no farther. across, upright: what of the window
+// there is to be filled, { middle, half } as metres to the right or up per metre ahead.
+function place_that_sees(points, { positionWC, rightWC, upWC, directionWC }, across, upright) {
+  const along = (axis) => points.map((point) => Cartesian3.dot(Cartesian3.subtract(point, positionWC, new Cartesian3()), axis));
+  const ahead = along(directionWC), axes = [[along(rightWC), across], [along(upWC), upright]];
+  // Within a share of the window the camera may be from least + plus * z to -most - minus * z, z metres ahead.
+  const limits = ([places, { middle, half }], share) => {
+    const plus = middle + share * half, minus = share * half - middle;
+    return { plus, minus, least: Math.max(...places.map((x, k) => x - plus * ahead[k])), most: Math.max(...places.map((x, k) => -x - minus * ahead[k])) };
+  };
+  const nearest = ({ plus, minus, least, most }) => -(least + most) / (plus + minus);
+  const z = Math.min(...axes.map((axis) => nearest(limits(axis, 1))));
+  const [x, y] = axes.map((axis) => {
+    let [low, high] = [0, 1];  // the least share that is enough has as much room on one side as on the other
+    for (let k = 0; k < 30; ++k) {
+      const share = (low + high) / 2;
+      if (nearest(limits(axis, share)) >= z) high = share;
+      else low = share;
+    }
+    const { plus, minus, least, most } = limits(axis, high);
+    return (least + plus * z - most - minus * z) / 2;
+  });
+  const place = Cartesian3.clone(positionWC);
+  for (const [axis, length] of [[rightWC, x], [upWC, y], [directionWC, z]]) Cartesian3.add(place, Cartesian3.multiplyByScalar(axis, length, new Cartesian3()), place);
+  return place;
 }
 
 // Without data: the Earth, with sun on it.
@@ -125,6 +167,22 @@ export function set_camera(camera, text) {
     orientation: { heading: CesiumMath.toRadians(heading), pitch: CesiumMath.toRadians(pitch), roll: 0 },
   });
   return true;
+}
+
+// Below the ground everything is black. CesiumJS's own collision detection would keep the camera above the ellipsoid, which half of all terrain lies
+// below. To be called before each frame: heights change with the exaggeration and with finer tiles, too.
+const kLeastAbove_m = 2;
+export function stay_above(scene, tileset, [, , , , low, high]) {
+  const { camera } = scene, factor = scene.verticalExaggeration, { longitude, latitude, height } = camera.positionCartographic;
+  const top = Math.max(high * factor, 0) + kLeastAbove_m;
+  if (height > top) return;
+  const above = Cartesian3.fromRadians(longitude, latitude, top);
+  const down = Cartesian3.negate(Cesium.Ellipsoid.WGS84.geodeticSurfaceNormal(above, new Cartesian3()), new Cartesian3());
+  const hit = tileset.pick(new Cesium.Ray(above, down), scene.frameState, new Cartesian3());
+  const ground = hit ? Cartographic.fromCartesian(hit).height : Math.min(low * factor, 0);
+  if (height >= ground + kLeastAbove_m) return;
+  const { heading, pitch, roll } = camera;
+  camera.setView({ destination: Cartesian3.fromRadians(longitude, latitude, ground + kLeastAbove_m), orientation: { heading, pitch, roll } });
 }
 
 // Longitude, latitude (degrees) and height under a pixel, and the level of the tile that was hit. Heights are the terrain's own, however

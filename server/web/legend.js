@@ -42,6 +42,12 @@ export function legend_of(look, { ramp, ramp_unit: unit, ramp_range: [lowest, hi
   return { title: `Height, ${unit}`, stops: ramp, range: [lowest, highest], ticks: [at(0), at(0.5), `${at(1)} m`] };
 }
 
+// Of terrain that is coloured here, by its heights above the ellipsoid.
+export function legend_of_tint(stops) {
+  const [lowest, highest] = [stops[0][0], stops.at(-1)[0]];
+  return { title: "Height, metres above the ellipsoid", stops, range: [lowest, highest], ticks: [number(lowest), number((lowest + highest) / 2), `${number(highest)} m`] };
+}
+
 const kWidest_px = 120;
 
 // metres_a_pixel: null hides the bar.

@@ -13,9 +13,14 @@ export const camera_named = () => window.location.hash.slice(1);
 
 // Puts what the address names into the page's controls. To be called once, before anybody reads them.
 export function read_link() {
+  for (const [name, [id, property]] of Object.entries(kControls)) first[name] = element(id)[property];
+  read_named();
+}
+
+// The same, where somebody has gone back to an address.
+export function read_named() {
   for (const [name, [id, property]] of Object.entries(kControls)) {
     const control = element(id), wanted = named(name);
-    first[name] = control[property];
     if (wanted === null) continue;
     const before = control[property];
     if (id === "ramp") control.append(new Option(wanted, wanted));  // its choices are known with the look
@@ -31,15 +36,17 @@ export function begin_with(name, value) {
   first[name] = value;
 }
 
-// changes: dataset, camera; what is not named stays.
+// changes: dataset, camera; what is not named stays. dataset: null names none. Another dataset than the one before is a page to come back to.
 export function write_link(changes = {}) {
-  const url = new URL(window.location.href);
+  const url = new URL(window.location.href), before = named("dataset");
   if (changes.dataset) url.searchParams.set("dataset", changes.dataset);
+  else if (changes.dataset === null) url.searchParams.delete("dataset");
   for (const [name, [id, property]] of Object.entries(kControls)) {
     const value = element(id)[property];
     if (value === first[name] || value === "") url.searchParams.delete(name);
     else url.searchParams.set(name, shown(value));
   }
-  if (changes.dataset || changes.camera !== undefined) url.hash = changes.camera || "";
-  window.history.replaceState(null, "", url);
+  if (changes.dataset !== undefined || changes.camera !== undefined) url.hash = changes.camera || "";
+  const another = changes.dataset && before && before !== changes.dataset;
+  window.history[another ? "pushState" : "replaceState"](null, "", url);
 }

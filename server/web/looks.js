@@ -30,9 +30,9 @@ const kFirstDetail = { shaded: "0", pictures: "-1" };
 mend_antimeridian();
 
 export class Looks {
-  // normal_maps: the tiles have them.
-  constructor(scene, tileset, manifest, { base, normal_maps }) {
-    Object.assign(this, { scene, tileset, manifest, base, normal_maps, look: "plain", turn: 0, overlay: [] });
+  // normal_maps: the tiles have them. on_failed(): a picture of the service cannot be had.
+  constructor(scene, tileset, manifest, { base, normal_maps, on_failed }) {
+    Object.assign(this, { scene, tileset, manifest, base, normal_maps, on_failed, look: "plain", turn: 0, overlay: [], laid: [] });
     this.tint = height_tint(manifest.bounds[4], manifest.bounds[5]);
     this.drawn = as_drawn();
     this.shaded = shaded_relief();
@@ -52,14 +52,15 @@ export class Looks {
   }
 
   // look: of kPictures, height, levels, plain or imagery. Gives the TileJSON of a picture, null for other looks. Where a picture
-  // cannot be had it fails with the reason, and the terrain is coloured by height here.
-  async show(look, { imagery = "", ramp = "" } = {}) {
+  // cannot be had it fails with the reason, and the terrain is coloured by height here. on_imagery(words): what is to be said of imagery that
+  // cannot be had; "" when it can.
+  async show(look, { imagery = "", ramp = "" } = {}, on_imagery = () => {}) {
     const turn = ++this.turn;
     const about = look in kPictures ? await this.about(this.picture_of(look), ramp).catch((error) => { if (turn === this.turn) this.paint("height"); throw error; }) : null;
     if (turn !== this.turn) return null;  // another look was chosen meanwhile
     this.paint(look);
-    if (about) this.put_below(picture(about));
-    if (look === "imagery" && imagery) this.put_below(new ImageryLayer(new UrlTemplateImageryProvider({ url: this.is_own(imagery) ? asked_by_cesium(imagery) : imagery })));
+    if (about) this.put_below(picture(about, this.on_failed));
+    if (look === "imagery" && imagery) this.put_below(imagery_layer(imagery, this.is_own(imagery), on_imagery));
     return about;
   }
 
@@ -111,6 +112,7 @@ export class Looks {
   lay_over(pictures) {
     const { imageryLayers } = this.tileset;
     for (const one of this.overlay) imageryLayers.remove(one);
+    this.laid = pictures;
     this.overlay = pictures.map(single_picture);
     for (const one of this.overlay) imageryLayers.add(one);
     this.blend();
@@ -137,8 +139,33 @@ export class Looks {
   }
 }
 
-const picture = ({ bounds, minzoom, maxzoom, url }) => new ImageryLayer(new UrlTemplateImageryProvider({
-  url: asked_by_cesium(url), rectangle: Rectangle.fromDegrees(...bounds), minimumLevel: minzoom, maximumLevel: maxzoom }));
+function picture({ bounds, minzoom, maxzoom, url }, on_failed) {
+  const provider = new UrlTemplateImageryProvider({ url: asked_by_cesium(url), rectangle: Rectangle.fromDegrees(...bounds), minimumLevel: minzoom, maximumLevel: maxzoom });
+  provider.errorEvent.addEventListener(on_failed);
+  return new ImageryLayer(provider);
+}
+
+// An address of tiles names all three of these.
+const is_address_of_tiles = (text) => URL.canParse(text, document.baseURI) && ["{z}", "{x}", "{y}"].every((part) => text.includes(part));
+
+// Imagery may have a tile here and none there. It cannot be had if none at all comes.
+function imagery_layer(imagery, own, on_words) {
+  if (!is_address_of_tiles(imagery)) throw new Error("Imagery needs an address of tiles with {z}, {x} and {y} in it, such as https://example.org/{z}/{x}/{y}.png.");
+  const provider = new UrlTemplateImageryProvider({ url: own ? asked_by_cesium(imagery) : imagery });
+  let comes = false, said = false;
+  provider.errorEvent.addEventListener(() => {
+    if (comes || said) return;
+    said = true;
+    on_words(`No imagery comes from ${new URL(imagery, document.baseURI).host}: the address is wrong, nobody answers, or the host does not allow this page (CORS).`);
+  });
+  const request = provider.requestImage.bind(provider);
+  provider.requestImage = (...tile) => request(...tile)?.then((image) => {
+    if (said && !comes) on_words("");
+    comes = true;
+    return image;
+  });
+  return new ImageryLayer(provider);
+}
 
 // rectangle: west, south, east and north in metres of Web Mercator. Tilesets ask for one level less than a provider
 // has, so CesiumJS's own provider of single pictures, which has one, shows nothing on them.

@@ -3,15 +3,16 @@
 // CesiumJS also calls a tileset loaded that has not begun to ask for tiles.
 export const is_loaded = (tileset) => Boolean(tileset && tileset.tilesLoaded && tileset.statistics?.numberOfTilesWithContentReady > 0);
 
-// Resolves when a tileset that is not shown yet has what the present view needs, or when somebody has waited long enough for it.
+// Resolves when a tileset that is not shown yet has what the present view needs, when somebody has waited long enough for it, or when it is not
+// wanted() any more.
 const kLongestPreload_ms = 60000;
-export function preloaded(tileset, scene) {
+export function preloaded(tileset, scene, wanted) {
   tileset.preloadWhenHidden = true;
   tileset.show = false;
   const end = Date.now() + kLongestPreload_ms;
   return new Promise((resolve) => {
     const look = () => {
-      if (is_loaded(tileset) || tileset.isDestroyed() || Date.now() > end) return resolve();
+      if (is_loaded(tileset) || tileset.isDestroyed() || Date.now() > end || !wanted()) return resolve();
       scene.requestRender();  // tiles are asked for by frames, and nothing on the page moves
       return setTimeout(look, 50);
     };

@@ -1,5 +1,5 @@
 // What the page asks the service: documents, and the list of datasets.
-import { ask } from "./token.js";
+import { ask, refused } from "./token.js";
 
 export const base_of = (id) => `v1/datasets/${encodeURIComponent(id)}`;
 
@@ -12,7 +12,7 @@ export async function fetch_json(url, patient = () => false) {
     if (patient()) return fetch_json(url, patient);
   }
   const body = await response.json().catch(() => ({}));
-  if (!response.ok) throw Object.assign(new Error(body.detail || body.title || `${url}: HTTP ${response.status}`), { status: response.status });
+  if (!response.ok) throw Object.assign(new Error(refused(response.status) || body.detail || body.title || `${url}: HTTP ${response.status}`), { status: response.status });
   return body;
 }
 

@@ -26,6 +26,17 @@ export function plain_ambient() {
 // Pictures that have their shades already: no light of ours on top.
 export const as_drawn = () => new CustomShader({ lightingModel: LightingModel.UNLIT });
 
+// From the lowest to the highest, as the shader below mixes them: share of the range, colour, the share where the mixing begins.
+const kTints = [[0, [0.22, 0.36, 0.20]], [0.40, [0.60, 0.53, 0.33], 0], [0.75, [0.43, 0.34, 0.28], 0.40], [1, [0.95, 0.95, 0.96], 0.80]];
+const vec3 = ([red, green, blue]) => `vec3(${red.toFixed(2)}, ${green.toFixed(2)}, ${blue.toFixed(2)})`;
+const kTintOfShare = kTints.map(([end, colour, begin]) => (begin === undefined ? `vec3 colour = ${vec3(colour)};` :
+  `colour = mix(colour, ${vec3(colour)}, smoothstep(${begin.toFixed(2)}, ${end.toFixed(2)}, share));`)).join("\n        ");
+
+// The same for a legend, as stops of heights: what the screen shows of these numbers, without light.
+const on_screen = (colour) => `#${colour.map((channel) => Math.round(255 * channel ** (1 / 2.2)).toString(16).padStart(2, "0")).join("")}`;
+export const tint_stops = (low_m, high_m) => [...kTints.map(([share, colour]) => [share, colour]), [0.80, kTints[2][1]]].sort(([a], [b]) => a - b)
+  .map(([share, colour]) => [low_m + share * Math.max(high_m - low_m, 1), on_screen(colour)]);
+
 // The height is computed from the position relative to the camera: 32-bit world coordinates only know half metres, which shows as
 // bands on low terrain. A sphere through the camera's own height is right within metres as far as a camera sees detail.
 export function height_tint(min_height_m, max_height_m) {
@@ -46,13 +57,8 @@ export function height_tint(min_height_m, max_height_m) {
         return u_camera_height + rise + across / (sqrt(radius * radius + across) + radius);
       }
       vec3 tint(float share) {
-        vec3 low = vec3(0.22, 0.36, 0.20);
-        vec3 middle = vec3(0.60, 0.53, 0.33);
-        vec3 high = vec3(0.43, 0.34, 0.28);
-        vec3 top = vec3(0.95, 0.95, 0.96);
-        vec3 colour = mix(low, middle, smoothstep(0.0, 0.40, share));
-        colour = mix(colour, high, smoothstep(0.40, 0.75, share));
-        return mix(colour, top, smoothstep(0.80, 1.0, share));
+        ${kTintOfShare}
+        return colour;
       }
       void fragmentMain(FragmentInput fsInput, inout czm_modelMaterial material) {
         float share = (height_above_ellipsoid(fsInput.attributes.positionEC) - u_low) / u_range;

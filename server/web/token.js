@@ -1,11 +1,28 @@
 // The token of whoever may write, or read what is private: kept for as long as the tab is open, where no other tab and no other site can read it.
+import { bring_up } from "./dataset_panel.js";
+
 const kKey = "cordillera-token";
 
 const token = () => window.sessionStorage.getItem(kKey);
 const headers = () => (token() ? { Authorization: `Bearer ${token()}` } : {});
 
-// fetch, with the token where there is one.
-export const ask = (url, options = {}) => fetch(url, { ...options, headers: { ...options.headers, ...headers() } });
+// fetch, with the token where there is one. It fails with words for people where nobody answers; then error.silent is true.
+export async function ask(url, options = {}) {
+  const response = await fetch(url, { ...options, headers: { ...options.headers, ...headers() } })
+    .catch((error) => { throw error instanceof TypeError ? Object.assign(new Error("The service does not answer."), { silent: true }) : error; });
+  refused(response.status);
+  return response;
+}
+
+// Where the service wants a token, or another one: what somebody is told, and the field for it comes up. Undefined for other answers.
+const kUnauthorized = 401;
+export function refused(status) {
+  if (status !== kUnauthorized) return undefined;
+  const field = document.getElementById("token");
+  bring_up("token");
+  field.focus();
+  return token() ? "The service does not know this token. Enter another one in the field “Token”." : "The service asks for a token here. Enter yours in the field “Token”.";
+}
 
 // An address that CesiumJS asks with the token, and all that it derives from it.
 export const asked_by_cesium = (url) => new window.Cesium.Resource({ url, headers: headers() });

@@ -1,5 +1,5 @@
 // From a file on this machine to a dataset: the upload's progress, then the build's, as the server tells it.
-import { ask, listen, show_token_to } from "./token.js";
+import { ask, listen, refused, show_token_to } from "./token.js";
 
 // Several files are one dataset: rasters, the first wins, and what lies beside a raster (.hdr, .prj). One alone is the body itself.
 export function post_address(files, options) {
@@ -19,12 +19,15 @@ const name_of = (files) => files[0].name + (files.length > 1 ? ` and ${files.len
 export function post_rasters(files, options, on) {
   const name = name_of(files);
   const request = new XMLHttpRequest();
+  const stay = (event) => event.preventDefault();  // a tab that is closed would end it: the browser asks first
+  window.addEventListener("beforeunload", stay);
+  request.onloadend = () => window.removeEventListener("beforeunload", stay);
   let id = null;
   request.upload.onprogress = ({ loaded, total }) => on.progress(loaded / total, `sending ${name}, ${Math.floor((100 * loaded) / total)} %`);
   request.onerror = async () => on.failed((await unreadable(files)) ?? `${name} could not be sent: the server does not answer`);
   request.onload = () => {
     const answer = parsed(request.responseText);
-    if (request.status >= 400 || !answer.id) return on.failed(words_of(answer, request.status));
+    if (request.status >= 400 || !answer.id) return on.failed(refused(request.status) ?? words_of(answer, request.status));
     id = answer.id;
     on.posted(id);
   };
@@ -77,17 +80,36 @@ export function words_of(problem, status) {
   return problem.accepted ? `${detail}. Accepted: ${problem.accepted}` : detail;
 }
 
-// Files dropped anywhere on the page, or chosen. on_files(files).
-export function take_files(on_files) {
+// What lies in folders and is no part of a dataset. Why it is left out, or undefined.
+const kStray = /^(\..*|thumbs\.db|desktop\.ini|.*\.(pdf|docx?|html?|md))$/i;
+const unfit = ({ name, size }) => (kStray.test(name) ? "is no raster" : size === 0 ? "is empty" : undefined);
+
+// Of several files those that can be posted. One alone is posted as it is: the service says what is wrong with it.
+function fit_of(files, on_left_out) {
+  if (files.length < 2) return files;
+  const left_out = files.filter(unfit);
+  if (left_out.length === files.length) return files;
+  if (left_out.length > 0) on_left_out(`Left out: ${left_out.map((file) => `${file.name} ${unfit(file)}`).join(", ")}.`);
+  return files.filter((file) => !unfit(file));
+}
+
+// Files dropped anywhere on the page, or chosen. on_files(files); on_left_out(words): some of them are not among these.
+export function take_files(on_files, on_left_out) {
   const drop = document.getElementById("drop"), input = document.getElementById("file");
   document.getElementById("browse").onclick = () => input.click();
-  input.onchange = () => { if (input.files.length > 0) on_files([...input.files]); input.value = ""; };
-  const over = (shown) => (event) => { event.preventDefault(); drop.hidden = !shown; };
+  const take = (files) => { if (files.length > 0) on_files(fit_of([...files], on_left_out)); };
+  input.onchange = () => { take(input.files); input.value = ""; };
+  // A text that is dragged is none of the page's business.
+  const over = (shown) => (event) => {
+    if (!event.dataTransfer?.types.includes("Files")) return;
+    event.preventDefault();
+    drop.hidden = !shown;
+  };
   window.addEventListener("dragenter", over(true));
   window.addEventListener("dragover", over(true));
   drop.addEventListener("dragleave", over(false));
   window.addEventListener("drop", (event) => {
     over(false)(event);
-    if (event.dataTransfer?.files.length > 0) on_files([...event.dataTransfer.files]);
+    take(event.dataTransfer?.files ?? []);
   });
 }

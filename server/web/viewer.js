@@ -3,28 +3,28 @@ import * as builds from "./builds.js";
 import * as panel from "./dataset_panel.js";
 import { Draft } from "./draft.js";
 import {
-  camera_numbers, data_sphere, draw_after_moves, face_north, fly_home, make_globe, metres_a_pixel, outline, place_under, set_camera, show_earth, zoom,
+  camera_numbers, data_sphere, draw_after_moves, face_north, fly_home, make_globe, metres_a_pixel, outline, set_camera, show_earth, stay_above, zoom,
 } from "./globe.js";
 import { steer_by_keys } from "./keyboard.js";
-import { hide_legend, legend_of, show_legend, show_scale } from "./legend.js";
-import { begin_with, camera_named, named, read_link, write_link } from "./link_state.js";
+import { hide_legend, legend_of, legend_of_tint, show_legend, show_scale } from "./legend.js";
+import { begin_with, camera_named, named, read_link, read_named, write_link } from "./link_state.js";
 import { kPictures, kShadedRelief, Looks } from "./looks.js";
 import { is_loaded, preloaded } from "./preload.js";
-import { Profile } from "./profile.js";
+import { News } from "./news.js";
 import { hide_welcome, show_welcome } from "./sample.js";
 import { base_of, fetch_json, newest_datasets } from "./service.js";
 import { SeaLevel } from "./sea_level.js";
 import { snippets_for } from "./snippets.js";
-import { relief_light } from "./terrain_style.js";
-import { ask, asked_by_cesium, take_token } from "./token.js";
-import { Viewshed } from "./viewshed.js";
+import { relief_light, tint_stops } from "./terrain_style.js";
+import { ask, asked_by_cesium, refused, take_token } from "./token.js";
+import { Tools } from "./tools.js";
 import { take_files } from "./upload.js";
 
 const Cesium = window.Cesium;
 
 // What tests and the console may look at. id: of the dataset that is shown. The manifest of a folder may have another one.
 const page = (window.cordillera = {
-  widget: null, scene: null, tileset: null, id: null, manifest: null, datasets: [], error: null, tilesLoaded: false, looks: null });
+  widget: null, scene: null, tileset: null, id: null, version: undefined, manifest: null, datasets: [], error: null, tilesLoaded: false, looks: null });
 
 // What the page shows or waits for, as somebody chose it: its id, the version of which it was told, and whether its blocks are made where people look.
 const wanted = { id: null, version: undefined, lazy: false };
@@ -32,6 +32,7 @@ const wanted = { id: null, version: undefined, lazy: false };
 function report(error) {
   page.error = String(error.message || error);
   panel.say(page.error, "problem");
+  if (error.silent) news.wait();
 }
 
 const made_so_far = ({ done_blocks }) => `${Math.floor(100 * (done_blocks?.share ?? 0))} %`;
@@ -41,9 +42,10 @@ function first_look() {
   return "A first look: finer tiles take its place when the build is done.";
 }
 
-const home = () => (page.manifest ? fly_home(page.scene.camera, page.manifest.bounds, panel.is_beside()) : show_earth(page.scene.camera));
+const home = () => (page.manifest ? fly_home(page.scene, page.manifest.bounds, panel.share_beside()) : show_earth(page.scene.camera));
 
 // on: the page, or a tileset that is still to be shown, with its looks.
+let look_problem = "";
 async function apply_look(on = page) {
   const choice = panel.look();
   panel.fill_ramps(kPictures[choice.look] ?? [], choice.ramp);
@@ -51,14 +53,22 @@ async function apply_look(on = page) {
   // Provisional tiles go while they are looked at, and pictures of them would stay.
   if (on.looks.manifest.provisional && choice.look in kPictures) choice.look = "height";
   hide_legend();
+  panel.take_back(look_problem);
+  look_problem = "";
+  const say_of_look = (words) => {
+    if (words) panel.say(words, "problem");
+    else panel.take_back(look_problem);
+    look_problem = words;
+  };
   try {
-    const about = await on.looks.show(choice.look, choice);
+    const about = await on.looks.show(choice.look, choice, say_of_look);
     if (about?.ramp) show_legend(legend_of(choice.look, about));
   } catch (error) {
     // A folder of finished tiles has pictures only if it was built with them; nobody asked for the first look.
     const expected = error.type === "urn:cordillera:problem:not-in-folder" && choice.look === "relief";
-    if (!expected) panel.say(String(error.message || error), "problem");
+    if (!expected) say_of_look(String(error.message || error));
   }
+  if (on.looks.look === "height") show_legend(legend_of_tint(tint_stops(...on.looks.manifest.bounds.slice(4))));
   page.scene.requestRender();
 }
 
@@ -115,7 +125,12 @@ function await_terrain(bounds) {
 let showing = 0;
 
 // words: what is said when it is shown.
+let shows = 0;  // those that are on their way
 async function show_dataset(id, words = "") {
+  ++shows;
+  await show_tiles(id, words).finally(() => { --shows; });
+}
+async function show_tiles(id, words) {
   const base = base_of(id), turn = ++showing;
   const again = page.id === id;  // its other tiles take the place of those that are seen: neither flash nor flight
   if (!again) page.tilesLoaded = false;
@@ -127,24 +142,29 @@ async function show_dataset(id, words = "") {
     .catch((error) => { throw error.statusCode === 404 ? no_meshes(base) : error; });
   if (turn !== showing) return tileset.destroy();
   page.scene.primitives.add(tileset);
-  const looks = new Looks(page.scene, tileset, manifest, { base, normal_maps });
+  if (!manifest.provisional) tileset.tileFailed.addEventListener((failed) => news.tell_of_tile(tileset, failed).catch(report));
+  const looks = new Looks(page.scene, tileset, manifest, { base, normal_maps, on_failed: () => news.tell_of_picture(tileset).catch(report) });
   begin_look(manifest.options?.imagery, tileset.asset?.extras?.texture);
   begin_detail(looks);
   apply_look({ looks });
   apply_controls({ tileset, looks });
-  if (again) await preloaded(tileset, page.scene);
+  const same = page.version === wanted.version && !page.manifest?.provisional;
+  if (again) {
+    looks.lay_over(page.looks.laid);
+    await preloaded(tileset, page.scene, () => turn === showing);
+  }
   if (turn !== showing) return page.scene.primitives.remove(tileset);
   if (page.tileset) page.scene.primitives.remove(page.tileset);
-  Object.assign(page, { id, manifest, tileset, looks, sea: new SeaLevel(base, point_again) });
+  Object.assign(page, { id, version: wanted.version, manifest, tileset, looks, sea: new SeaLevel(base, () => tools.point_again()) });
   // A provisional tile may have gone with the others while it was on its way.
-  if (!manifest.provisional) tileset.tileFailed.addEventListener((failed) => tell_of_tile(tileset, failed));
+  if (!manifest.provisional) news.shown(tileset);
   hide_welcome();
   if (!again) await_terrain(manifest.bounds);
   page.scene.light = relief_light(data_sphere(manifest.bounds).center);
   page.scene.requestRender();
   panel.show_manifest(manifest);
-  if (!again) stop_tools();
-  else if (page.viewshed.place) page.viewshed.take(page.viewshed.place);  // from the finer heights
+  if (!again) tools.stop();
+  else if (page.viewshed.place && !same) page.viewshed.take(page.viewshed.place);  // from other heights
   panel.show_demos(base);
   panel.show_snippets(snippets_for(new URL(base, document.baseURI).href, manifest.bounds));
   if (!again && !set_camera(page.scene.camera, camera_named())) home();
@@ -173,11 +193,20 @@ async function open_dataset(id, words) {
 }
 const open = (id, words) => on_its_way(id, open_dataset(id, words));
 
-function choose(id) {
+function choose(id, words) {
   builds.stay();
   write_link({ dataset: id });
-  return open(id);
+  return open(id, words);
 }
+
+// All of it is asked for anew, and takes the place of what is seen.
+function open_again() {
+  const { id } = wanted;
+  if (!id) return list_datasets();
+  return page.id === id ? on_its_way(id, show_dataset(id)) : open(id);
+}
+
+const news = new News(page, wanted, { open, again: open_again, gone: () => list_datasets().catch(report), report });
 
 // Other provisional tiles than those that are seen, told as in the event. They load one tileset after the other, however fast they come.
 let due = null;
@@ -192,30 +221,6 @@ async function sharpen(id, told) {
   if (of === wanted.id && !same) await on_its_way(of, show_dataset(of));
 }
 
-// A raster is replaced, or somebody gives the dataset another title: tiles and words of one version are shown, never of two. Or it is deleted.
-const kNews_ms = 10000;
-const kGone = "This dataset is not there any more. What is still seen of it goes with this page.";
-async function look_for_news() {
-  const { id, version } = wanted;
-  if (document.visibilityState !== "visible" || !version || page.id !== id || page.manifest.provisional) return;
-  const now = await fetch_json(base_of(id)).catch(({ status }) => (status === 404 ? kGone : null));  // the service may be away for a moment
-  if (!now || wanted.id !== id || wanted.version !== version) return;
-  if (now === kGone) tell_gone();
-  else if (now.version !== version) await open(id, "This dataset has changed: this is its new version.");
-}
-
-function tell_gone() {
-  wanted.version = undefined;  // it is not asked for again
-  panel.say_state(kGone, true);
-  list_datasets().catch(report);
-}
-
-// One that cannot be had may be that of a dataset that is gone: then that is what is said.
-async function tell_of_tile(tileset, { url, message }) {
-  await look_for_news();
-  if (page.tileset === tileset && wanted.version) report(new Error(`${url}: ${message}`));
-}
-
 async function list_datasets() {
   page.datasets = await newest_datasets();
   panel.fill_dataset_list(page.datasets, choose);
@@ -227,21 +232,48 @@ async function list_datasets() {
 async function delete_failed(id) {
   const response = await ask(base_of(id), { method: "DELETE" });
   // Somebody else may have been quicker: then it is gone as well.
-  if (!response.ok && response.status !== 404) throw new Error(`${id} could not be deleted: HTTP ${response.status}`);
+  if (!response.ok && response.status !== 404) throw new Error(refused(response.status) ?? `${id} could not be deleted: HTTP ${response.status}`);
   await list_datasets();
 }
 
 // To what was posted here, unless somebody has chosen something else since.
+let before = null;  // what was looked at until then
 function go_to(id) {
+  before = wanted.id;
   choose(id);
   list_datasets().catch(report);
 }
 
+const can_be_seen = ({ state, provisional }) => state === "ready" || provisional;
+
+// It is deleted, so what was looked at before takes its place, or what there is.
+async function leave(id) {
+  if (!id || id !== wanted.id) return list_datasets();
+  ++showing;  // it may be on its way
+  wanted.id = null;
+  write_link({ dataset: null });  // nobody can go back to it
+  await list_datasets();
+  const back = page.datasets.find((one) => one.id === before) ?? page.datasets.find(can_be_seen), words = "Its build was cancelled, and it is deleted.";
+  if (back) return choose(back.id, words);
+  clear();
+  return panel.say_state(words, true);
+}
+
+// There is nothing to be looked at.
+function clear() {
+  tools.stop();
+  await_terrain(null);
+  if (page.tileset) page.scene.primitives.remove(page.tileset);
+  Object.assign(page, { id: null, manifest: null, tileset: null, looks: null });
+  hide_legend();
+  panel.hide_manifest();
+  home();
+  offer_sample();
+}
+const offer_sample = () => show_welcome((file) => { hide_welcome(); builds.post([file], {}); }, report);
+
 const on_builds = {
-  cancelled: (id) => {
-    if (id && id === wanted.id) panel.say_state("Its build was cancelled, and it is deleted.", true);
-    return list_datasets().catch(report);
-  },
+  cancelled: (id) => leave(id).catch(report),
   lazy: (id, is_lazy) => {
     if (wanted.lazy === is_lazy) return;
     wanted.lazy = is_lazy;
@@ -263,11 +295,14 @@ const on_builds = {
 };
 
 function watch_frames(scene) {
-  scene.preUpdate.addEventListener(() => page.looks?.follow(scene.camera));
+  scene.preUpdate.addEventListener(() => {
+    if (page.manifest) stay_above(scene, page.tileset, page.manifest.bounds);
+    page.looks?.follow(scene.camera);
+  });
   scene.postRender.addEventListener(() => {
     const { tileset } = page;
-    page.tilesLoaded = is_loaded(tileset);
-    if (page.tilesLoaded && placeholder) await_terrain(null);
+    page.tilesLoaded = shows === 0 && is_loaded(tileset);
+    if (placeholder && is_loaded(tileset)) await_terrain(null);
     if (tileset) panel.show_drawn(tileset.statistics.numberOfTrianglesSelected, fetched_bytes());
   });
   scene.postRender.addEventListener(() => {
@@ -290,65 +325,19 @@ function fetched_bytes() {
   return bytes;
 }
 
-// The height under the pointer, once more when the geoid's height there is known.
-let pointed = null;
-function point_at(position) {
-  pointed = page.tileset && place_under(page.widget, page.tileset, position);
-  point_again();
-}
-function point_again() {
-  panel.show_position(pointed, page.manifest, page.sea);
-}
-
-// What a click takes, for those who have keys.
-function take_middle() {
-  const { clientWidth, clientHeight } = page.widget.canvas;
-  if (page.tileset) tool_on()?.take(place_under(page.widget, page.tileset, new Cesium.Cartesian2(clientWidth / 2, clientHeight / 2)));
-}
-
-function watch_pointer(widget) {
-  const { MOUSE_MOVE, LEFT_CLICK } = Cesium.ScreenSpaceEventType;
-  widget.screenSpaceEventHandler.setInputAction(({ endPosition }) => point_at(endPosition), MOUSE_MOVE);
-  widget.screenSpaceEventHandler.setInputAction(({ position }) => {
-    point_at(position);  // a finger does not hover
-    tool_on()?.take(pointed);
-  }, LEFT_CLICK);
-}
-
-// What a click on the terrain is for, if it is for anything: one tool at a time.
-const tool_on = () => [page.profile, page.viewshed].find((tool) => tool.on);
-const stop_tools = () => { for (const tool of [page.profile, page.viewshed]) tool.stop(); };
-function toggle(tool) {
-  const on = !tool.on;
-  stop_tools();
-  if (on) tool.start();
-}
-
-const make_viewshed = () => new Viewshed({
-  base: () => base_of(page.id), on_error: report,
-  on_picture: (pictures) => { page.looks?.lay_over(pictures); page.scene.requestRender(); },
-  on_change: (words) => { panel.press("look-around", page.viewshed?.on); panel.say_of_tool(words); write_link(); },
-});
-
-const make_profile = () => new Profile(page.scene, {
-  base: () => base_of(page.id), factor: () => page.scene.verticalExaggeration, on_error: report,
-  on_change: (words) => { panel.press("measure", page.profile?.on); panel.say_of_tool(words); },
-});
-
 const kCloser = 0.6;
 const on_page = {
   // Another look has other colours.
   look: (changed) => {
-    const shaded = panel.look().look === kShadedRelief;
-    if (changed === "look" && page.manifest && shaded !== page.looks.normal_maps) {  // other tiles
+    const { look, imagery } = panel.look(), shaded = look === kShadedRelief, pictures = look in kPictures || (look === "imagery" && imagery);
+    if (changed === "look") panel.fill_ramps([], "");
+    if (changed === "look" && page.looks) begin_detail(page.looks);
+    // Other tiles, or pictures: CesiumJS would draw nothing of a tile until it has its picture.
+    if (page.manifest && !page.manifest.provisional && (pictures || (changed === "look" && shaded !== page.looks.normal_maps))) {
       write_link();
       return on_its_way(page.id, show_dataset(page.id));
     }
-    if (changed === "look") {
-      panel.fill_ramps([], "");
-      begin_detail(page.looks);
-      apply_controls();
-    }
+    if (changed === "look" && page.tileset) apply_controls();
     write_link();
     return apply_look();
   },
@@ -356,8 +345,10 @@ const on_page = {
   home, link: () => { write_place(); return window.location.href; },
   closer: () => zoom(page.widget, page.tileset, kCloser), farther: () => zoom(page.widget, page.tileset, 1 / kCloser),
   north: () => face_north(page.widget, page.tileset),
-  measure: () => toggle(page.profile), "look-around": () => toggle(page.viewshed),
+  measure: () => tools.toggle(page.profile), "look-around": () => tools.toggle(page.viewshed),
 };
+
+const tools = new Tools(page, report);
 
 async function start() {
   panel.start_folding();
@@ -367,27 +358,30 @@ async function start() {
   page.scene = page.widget.scene;
   watch_frames(page.scene);
   draw_after_moves(page.scene);
-  page.profile = make_profile();
-  page.viewshed = make_viewshed();
-  watch_pointer(page.widget);
-  steer_by_keys(document.getElementById("globe"), page.scene.camera, home, take_middle);
+  tools.make();
+  steer_by_keys(document.getElementById("globe"), page.scene.camera, home, () => tools.take_middle());
   panel.on_controls(on_page);
   builds.on_builds(on_builds);
   const draft = new Draft(builds.post);
-  take_files((files) => draft.take(files));
+  take_files((files) => draft.take(files), panel.say);
   window.addEventListener("hashchange", () => {  // a link that was put into this tab
     if (set_camera(page.scene.camera, camera_named())) page.scene.requestRender();
   });
-  window.setInterval(look_for_news, kNews_ms);
-  document.addEventListener("visibilitychange", look_for_news);
+  window.addEventListener("popstate", () => {  // back to another dataset
+    const id = named("dataset");
+    if (!id || id === wanted.id) return;
+    builds.stay();
+    read_named();
+    panel.show_values();
+    open(id);
+  });
   show_earth(page.scene.camera);
   wanted.id = named("dataset");
   const listed = list_datasets();
   if (wanted.id) listed.catch(report);
   else await listed;
-  const shows = ({ state, provisional }) => state === "ready" || provisional;
-  const id = wanted.id || (page.datasets.find(shows) ?? page.datasets.find(({ state }) => state !== "failed"))?.id;
-  if (!id) return show_welcome((file) => { hide_welcome(); builds.post([file], {}); }, report);
+  const id = wanted.id || (page.datasets.find(can_be_seen) ?? page.datasets.find(({ state }) => state !== "failed"))?.id;
+  if (!id) return offer_sample();
   const [longitude, latitude] = (named("seen_from") ?? "").split(",").map(Number);  // before another dataset's is forgotten
   await open(id);
   if (page.id === id && Number.isFinite(longitude) && Number.isFinite(latitude)) page.viewshed.take({ longitude, latitude });
