@@ -4,7 +4,7 @@ import { readFileSync } from "node:fs";
 import { dirname } from "node:path";
 import { fileURLToPath } from "node:url";
 
-import { kTerrainAlone, open_dataset, open_page, tiles_loaded } from "./browser.mjs";
+import { kTerrainAlone, open_dataset, open_page, some_frames, tiles_loaded } from "./browser.mjs";
 import { look_straight_down, mean_colour } from "./views.mjs";
 
 const camera_of = (page) => page.evaluate(() => {
@@ -46,8 +46,15 @@ export async function try_draft(page, url, raster) {
   await page.click("#fold");
   await page.click("#upload > summary");
   await page.click("#options > summary");
-  await page.setInputFiles("#file", ["north.tif", "south.tif"].map((name) => ({ name, mimeType: "image/tiff", buffer })));
-  await said("^(Of north.tif alone: )?levels 0 to \\d+, at most [\\d.]+ m off · about [\\d,]+ tiles .* MB, \\d+ seconds");
+  await page.click("#upload > summary");
+  const empty = Buffer.alloc(0);
+  await page.setInputFiles("#file", [["north.tif", buffer], ["empty.tif", empty], ["south.tif", buffer]].map(([name, content]) => ({ name, mimeType: "image/tiff", buffer: content })));
+  assert.equal(await page.textContent("#message"), "Left out: empty.tif is empty.");
+  await page.waitForFunction(() => {
+    const { top, bottom } = document.getElementById("build").getBoundingClientRect(), panel = document.getElementById("panel").getBoundingClientRect();
+    return bottom > top && top >= panel.top && bottom <= panel.bottom;
+  });
+  await said("^(Of north.tif alone: )?levels 0 to \\d+, at most [\\d.]+ m off · about [\\d,]+ tiles .* [kM]B, \\d+ seconds?");
   assert.equal(await count(), before, "it is built before somebody says so");
   assert.equal(await page.textContent("#draft-files"), "north.tif, south.tif");
   assert.match(await page.getAttribute("#option-error", "placeholder"), /^[\d.]+$/);
@@ -62,6 +69,12 @@ export async function try_draft(page, url, raster) {
   assert.equal(manifest.options.error, 77);
   assert.equal(manifest.sources.length, 2);
   await tiles_loaded(page);
+  assert.equal(await page.inputValue("#option-error"), "", "an option of one dataset is there for the next one");
+  await page.fill("#option-error", "55");
+  await page.click("#options > summary");
+  await page.setInputFiles("#file", [{ name: "north.tif", mimeType: "image/tiff", buffer }]);
+  await said("at most 55 m off");  // what nobody sees is not applied
+  await page.click("#drop-draft");
   await page.fill("#option-error", "");
   await page.click("#options > summary");
   await page.setViewportSize(kTiny.viewport);
@@ -111,23 +124,50 @@ export async function try_folder(page) {
   await page.evaluate(() => { document.getElementById("drop-draft").click(); document.getElementById("options").open = false; });
 }
 
-// A build that was begun on the page can be cancelled there: the service forgets it.
+// What the service and other hosts refuse: words for people, and the field that helps.
+export async function try_refusals(page, url) {
+  const said = (words) => page.waitForFunction((wanted) => new RegExp(wanted).test(document.getElementById("message").textContent), words);
+  await page.route(/v1.datasets.name=/, (route) => route.fulfill({ status: 401, json: { detail: "Authorization: Bearer TOKEN is missing" } }), { times: 1 });
+  await page.setInputFiles("#file", { name: "north.tif", mimeType: "image/tiff", buffer: Buffer.from("no raster") });
+  await said("^The service asks for a token here. Enter yours in the field");
+  assert.equal(await page.evaluate(() => document.activeElement.id), "token");
+  assert.ok(await page.isVisible("#token"), "the field for the token is folded away");
+  await page.selectOption("#look", "imagery");
+  const show = async (address) => { await page.fill("#imagery", address); await page.press("#imagery", "Tab"); };
+  await show("not a url");
+  await said("Imagery needs an address of tiles");
+  await show(`${url}/nowhere/{z}/{x}/{y}.png`);
+  await said("No imagery comes from 127.0.0.1");
+  await page.selectOption("#look", "relief");
+  await page.waitForFunction(() => document.getElementById("message").textContent === "");
+}
+
+// A build that was begun on the page can be cancelled there: the service forgets it, and the page goes back to what it showed before.
 export async function try_cancel(page, url, raster) {
+  const before = await page.evaluate(() => window.cordillera.id);
+  // Something of it can be seen, and it is not over, however fast it is.
+  await page.route("**/events", (route) => route.fulfill({ contentType: "text/event-stream", body: ["progress", "tiles"].map((name) =>
+    `event: ${name}\ndata: ${JSON.stringify({ stage: "making tiles", share: 0.1, provisional: true, tiles: 1, levels: [{ level: 1 }] })}\n\n`).join("") }));
   const posted = page.waitForResponse((response) => response.request().method() === "POST");
   await page.setInputFiles("#file", raster);
   const id = (await posted).headers().location.split("/").at(-1);
   await page.waitForFunction(() => !document.getElementById("going").hidden && !document.getElementById("stage").textContent.startsWith("sending"));
+  await page.waitForFunction((wanted) => document.getElementById("datasets").value === wanted, id);
   const deleted = page.waitForResponse((response) => response.request().method() === "DELETE");
   await page.click("#cancel");
   assert.ok((await deleted).url().endsWith(`/${id}`), "another dataset is deleted");
   assert.equal((await fetch(`${url}/v1/datasets/${id}`)).status, 404, "the server still has it");
   assert.equal(await page.isVisible("#going"), false, "the progress is still there");
+  await page.waitForFunction((wanted) => window.cordillera.id === wanted && document.getElementById("datasets").value === wanted, before);
+  await page.waitForFunction(() => /cancelled, and it is deleted/.test(document.getElementById("message").textContent));
+  assert.equal(new URL(page.url()).searchParams.get("dataset"), before, "the address names what is deleted");
   await page.close();
 }
 
 // Every look is another picture.
 export async function try_looks(page) {
   const colours = {};
+  await look_straight_down(page, { share: 0.7, error_px: 2 });
   for (const look of ["relief", "height", "hillshade", "slope", "aspect", "levels", "plain"]) {
     await page.selectOption("#look", look);
     await tiles_loaded(page);
@@ -262,6 +302,13 @@ export async function try_keys(page) {
   assert.ok((await camera_of(page)).height < before.height, "+ does not zoom in");
   await page.keyboard.press("ArrowRight");
   await page.keyboard.press("Home");
+  await page.click("#measure");
+  await page.keyboard.press("Escape");
+  assert.equal(await page.getAttribute("#measure", "aria-pressed"), "false", "Escape does not end a tool");
+  const named = (role, name) => page.getByRole(role, { name }).count();
+  for (const [role, name] of [["slider", /^Heights ×/], ["slider", /^Error/], ["button", "fold the panel"], ["main", /^The terrain/]]) {
+    assert.equal(await named(role, name), 1, `${role} ${name} has no such name`);
+  }
 }
 
 export async function try_snippets(page, url, id) {
@@ -271,16 +318,42 @@ export async function try_snippets(page, url, id) {
     await page.selectOption("#client", String(k));
     assert.ok((await page.textContent("#snippet")).includes(`${url}/v1/datasets/${id}`), `snippet ${k} has another address`);
   }
+  await page.evaluate(() => Object.defineProperty(navigator, "clipboard", { value: undefined }));  // as over http from another machine
+  await page.click("#copy-snippet");
+  await page.waitForFunction(() => document.getElementById("copy-snippet").textContent === "copied");
+  await page.evaluate(() => { document.execCommand = () => false; });
+  await page.click("#link");
+  await page.waitForFunction(() => /does not let this page copy/.test(document.getElementById("message").textContent));
 }
 
 async function try_profile_by_touch(page) {
   await page.tap("#measure");
-  await page.touchscreen.tap(90, 255);
+  await page.touchscreen.tap(90, 215);
   await page.waitForFunction(() => /second place/.test(document.getElementById("message").textContent));
-  await page.touchscreen.tap(150, 255);
+  await page.touchscreen.tap(150, 215);
   await page.waitForSelector("#profile:not([hidden])");
   await page.tap("#profile-close");
   assert.equal(await page.isVisible("#profile"), false);
+}
+
+// Nothing lies over what a finger is to press, in the windows of small phones: with the panel open, and with a card.
+async function try_reach(page) {
+  const covered = (ids) => page.evaluate((all) => all.filter((id) => {
+    const { left, top, width, height } = document.getElementById(id).getBoundingClientRect();
+    return !document.getElementById(id).contains(document.elementFromPoint(left + width / 2, top + height / 2));
+  }), ids);
+  for (const height of [667, 640, 427]) {
+    await page.setViewportSize({ width: 360, height });
+    assert.deepEqual(await covered(["fold"]), [], `360 x ${height}: the open panel cannot be closed`);
+    await page.tap("#fold");
+    await some_frames(page);  // the foot follows the panel
+    for (const card of ["profile", "viewshed"]) {
+      await page.evaluate((id) => { document.getElementById(id).hidden = false; }, card);
+      assert.deepEqual(await covered(["home", "measure", "look-around", "link", `${card}-close`]), [], `360 x ${height}: covered beside the ${card}`);
+      await page.evaluate((id) => { document.getElementById(id).hidden = true; }, card);
+    }
+    await page.tap("#fold");
+  }
 }
 
 // Touch, a small screen with three times the pixels, a light scheme.
@@ -295,7 +368,7 @@ export async function try_phone(browser, url, id, picture) {
   assert.equal(scrolls, false, "the page is wider than the screen");
   assert.ok(pixels <= 2.01, `${pixels} pixels a point are drawn`);
   assert.match(paper, /25\d, 25\d, 25\d/, `the light scheme is dark: ${paper}`);
-  await page.touchscreen.tap(120, 255);
+  await page.touchscreen.tap(120, 215);
   await page.waitForFunction(() => / m above the ellipsoid$/.test(document.getElementById("ellipsoid-height").textContent));
   const small = await page.$$eval("button, summary, select, #documents a", (all) => all.map((one) => [one.id || one.textContent, one.getBoundingClientRect()])
     .filter(([, { width, height }]) => width > 0 && Math.min(width, height) < 44).map(([name]) => name));
@@ -304,6 +377,7 @@ export async function try_phone(browser, url, id, picture) {
   await page.tap("#fold");
   await page.waitForFunction(() => !document.getElementById("panel").classList.contains("folded"));
   await page.screenshot({ path: picture });
+  await try_reach(page);
   assert.deepEqual(complaints, [], "the browser complained");
   await page.close();
 }

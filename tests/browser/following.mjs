@@ -96,6 +96,22 @@ export async function try_new_version(page, url, id, title) {
   await page.waitForFunction(() => /new version/.test(document.getElementById("message").textContent));
 }
 
+// Nobody answers for a while, and tiles fail. All of them are asked for again when somebody answers, and the page says nothing more of it.
+async function try_silence(page) {
+  const words = () => page.textContent("#message"), all = "**/v1/**";
+  await page.route(all, (route) => route.abort());
+  await page.evaluate(() => {
+    window.failed = window.cordillera.tileset;
+    window.failed.tileFailed.raiseEvent({ url: "a/tile", message: "nobody" });
+  });
+  await page.waitForFunction(() => document.getElementById("message").className === "problem");
+  assert.match(await words(), /^The service does not answer\. /);
+  await page.unroute(all);
+  await page.waitForFunction(() => window.cordillera.tileset !== window.failed && window.failed.isDestroyed());
+  await page.waitForFunction(() => document.getElementById("message").className === "");
+  assert.equal(await page.evaluate(() => window.cordillera.error), null);
+}
+
 // Somebody deletes the dataset that is shown. The page says so, also where a tile is the first that tells, and does not offer it any more.
 export async function try_deleted(browser, url, raster) {
   const delete_it = async (id) => assert.equal((await fetch(`${url}/v1/datasets/${id}`, { method: "DELETE" })).status, 204);
@@ -103,6 +119,7 @@ export async function try_deleted(browser, url, raster) {
     const body = readFileSync(raster), headers = { Prefer: "wait" };
     const { id } = await (await fetch(`${url}/v1/datasets?name=short-lived.tif`, { method: "POST", body, headers })).json();
     const { page } = await open_dataset(browser, url, id, kTiny);
+    if (told_by === "tile") await try_silence(page);
     await delete_it(id);
     if (told_by === "look") await page.evaluate(() => document.dispatchEvent(new Event("visibilitychange")));
     else await page.evaluate(() => { window.cordillera.tileset.tileFailed.raiseEvent({ url: "a/tile", message: "404" }); });

@@ -6,7 +6,7 @@ import { kTiny } from "./controls.mjs";
 import { look_straight_down, set_background } from "./views.mjs";
 
 // Looks at the middle of every frame as it is drawn: is it the background's magenta?
-const watch_frames = (page) => page.evaluate(() => {
+export const watch_frames = (page) => page.evaluate(() => {
   const { scene } = window.cordillera, seen = (window.seen = { frames: 0, bare: 0 }), gl = scene.canvas.getContext("webgl2");
   scene.postRender.addEventListener(() => {
     const pixel = new Uint8Array(4);
@@ -15,8 +15,8 @@ const watch_frames = (page) => page.evaluate(() => {
     if (pixel[0] - pixel[1] > 60 && pixel[2] - pixel[1] > 60) ++seen.bare;
   });
 });
-const seen = (page) => page.evaluate(() => window.seen);
-const draw = (page) => page.evaluate(() => { window.cordillera.scene.requestRender(); window.cordillera.scene.render(); });
+export const seen = (page) => page.evaluate(() => window.seen);
+export const draw = (page) => page.evaluate(() => { window.cordillera.scene.requestRender(); window.cordillera.scene.render(); });
 
 const view_of = (page) => page.evaluate(() => {
   const { position, direction, up } = window.cordillera.scene.camera, { tileset, manifest, looks } = window.cordillera;

@@ -1,16 +1,17 @@
 // Looks at the viewer as a person would: does it load, is there relief, are there cracks, is it in the right place?
-//   node look.mjs --chromium PATH --url URL --empty URL --terrain ID --flat ID --failed ID,ID --known known.json
+//   node look.mjs --chromium PATH --url URL --empty URL --terrain ID --flat ID --across ID --failed ID,ID --known known.json
 //     --folder ID --raster FILE --bad FILE --held ID --job PROCESS --lazy ID --lazy-url URL --fine FILE --pictures FOLDER
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { parseArgs } from "node:util";
 
 import { kTerrainAlone, open_dataset, with_browser } from "./browser.mjs";
-import { kSmall, try_bad_upload, try_cancel, try_draft, try_folder, try_imagery, try_keys, try_link, try_link_of_controls, try_looks, try_phone, try_pointer, try_profile, try_sample, try_snippets, try_upload } from "./controls.mjs";
+import { kSmall, try_bad_upload, try_cancel, try_draft, try_folder, try_imagery, try_keys, try_link, try_link_of_controls, try_looks, try_phone, try_pointer, try_profile, try_refusals, try_sample, try_snippets, try_upload } from "./controls.mjs";
 import { try_asleep, try_choice, try_deleted, try_interrupted, try_lazy, try_new_version } from "./following.mjs";
 import { try_live } from "./live.mjs";
 import { try_failed_uploads, try_folding, try_low_window } from "./panel.mjs";
 import { try_relief, try_relief_of_folder } from "./relief.mjs";
+import { try_antimeridian, try_frame } from "./framing.mjs";
 import { try_viewshed } from "./viewshed.mjs";
 import { crack_share, heights_at, load_everything, luminance_deviation, look_straight_down, set_background } from "./views.mjs";
 
@@ -19,7 +20,7 @@ const kLeastRelief = 6;
 // Geoid interpolation, float32 positions, and steps of 2^-10 m.
 const kHeightTolerance_m = 0.2;
 
-const names = ["chromium", "url", "empty", "terrain", "flat", "failed", "known", "folder", "raster", "bad", "held", "job", "lazy", "lazy-url", "fine", "pictures"];
+const names = ["chromium", "url", "empty", "terrain", "flat", "across", "failed", "known", "folder", "raster", "bad", "held", "job", "lazy", "lazy-url", "fine", "pictures"];
 const { values: given } = parseArgs({ options: Object.fromEntries(names.map((name) => [name, { type: "string" }])) });
 
 // What others of these prove in part is left to tests/run.sh --all: drawing in software takes most of the time of all tests.
@@ -102,6 +103,7 @@ async function look_at_flat(browser) {
     assert.throws(() => assert_relief(deviation), /shades deviate/);
     console.log(`    ${deviation.toFixed(1)} of 255`);
   });
+  await check("antimeridian: pictures lie on both sides; a look takes the place of another without a flash; Back goes back", () => try_antimeridian(page, given.flat, given.across));
   assert.deepEqual(complaints, [], "the browser complained");
 
   const failed = given.failed.split(",");
@@ -125,6 +127,7 @@ async function use_controls(browser) {
   await check("controls: a link leads to the same view", () => try_link(browser, page));
   await check_if(all, "controls: a link has the look, its colours and the sliders", () => try_link_of_controls(browser, page));
   await check("controls: keys move the camera", () => try_keys(page));
+  await check("controls: Home has all of the data in the window, and the camera stays above the ground", () => try_frame(page));
   await check("controls: snippets have this dataset's address", () => try_snippets(page, given.url, given.terrain));
   assert.deepEqual(complaints, [], "the browser complained");
   await page.close();
@@ -136,6 +139,7 @@ async function use_controls(browser) {
   await check_if(all, "upload: options, with an estimate first, and two rasters as one dataset", () => try_draft(uploading, given.url, given.raster));
   await check("upload: what is no raster is answered with what would be", () => try_bad_upload(uploading, given.bad));
   await check("upload: a folder cannot be read, and that is said", () => try_folder(uploading));
+  await check("token, imagery: what is wanted is said to people", () => try_refusals(uploading, given.url));
   await check("upload: a build that was begun on the page is cancelled there", () => try_cancel(uploading, given.url, given.fine));
 }
 
@@ -147,7 +151,7 @@ await with_browser(given.chromium, async (browser) => {
   await check("lazy: says how much is made, and sharpens where somebody looks", () => try_lazy(browser, given["lazy-url"], given.lazy));
   await check("lazy: is listened to again after a proxy has answered for the service", () => try_interrupted(browser, given["lazy-url"], given.lazy));
   await check("asleep: is woken by whoever opens it", () => try_asleep(browser, given.url, given.terrain));
-  await check("deleted: is said of the dataset that is shown", () => try_deleted(browser, given.url, given.raster));
+  await check("deleted, or not answered for: is said of the dataset that is shown", () => try_deleted(browser, given.url, given.raster));
   await check("relief: shaded from normal maps, as the service's picture is", () => try_relief(browser, given.url, given.terrain));
   await check_if(all, "relief: a folder of finished tiles has the picture", () => try_relief_of_folder(browser, given.url, given.folder));
   await look_at_terrain(browser);

@@ -20,7 +20,7 @@ export async function look_straight_down(page, { share, error_px }) {
   await page.evaluate(({ share, error_px }) => {
     const { scene, tileset, manifest } = window.cordillera;
     const { Cartesian3, Math: CesiumMath } = window.Cesium;
-    const [west, south, east, north, , max_height] = manifest.bounds;
+    const [west, south, to, north, , max_height] = manifest.bounds, east = to < west ? to + 360 : to;
     const longitude = (west + east) / 2;
     const latitude = (south + north) / 2;
     const metres_a_degree = 111000;

@@ -101,6 +101,7 @@ export async function try_viewshed(browser, page, url, id) {
   const { width, height } = page.viewportSize();
   await page.click("#fold");
   await page.selectOption("#look", "relief", { force: true });
+  await tiles_loaded(page);
   await look_straight_down(page, kView);
   await page.selectOption("#viewshed-radius", "5", { force: true });
   const bare = await violet(page);

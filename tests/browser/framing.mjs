@@ -1,0 +1,70 @@
+// Where the camera is put, and what is seen when one picture takes the place of another.
+import assert from "node:assert/strict";
+
+import { tiles_loaded } from "./browser.mjs";
+import { draw, seen, watch_frames } from "./live.mjs";
+import { crack_share, look_straight_down, luminance_deviation } from "./views.mjs";
+
+const shown = (page, id) => page.waitForFunction((wanted) => window.cordillera.id === wanted && document.getElementById("datasets").value === wanted, id);
+
+// A flat raster across the antimeridian has one colour on both sides. The page shows another one before.
+export async function try_antimeridian(page, before, across) {
+  await page.evaluate(() => {
+    document.getElementById("panel").hidden = false;
+    window.cordillera.scene.backgroundColor = window.Cesium.Color.MAGENTA;
+  });
+  const choose = (list, value) => page.selectOption(list, value, { force: true });  // the panel is folded
+  await choose("#look", "slope");  // and before its pictures are there
+  await choose("#datasets", across);
+  await shown(page, across);
+  await look_straight_down(page, { share: 0.7, error_px: 0.5 });
+  assert.equal(await crack_share(page), 0);
+  assert.ok((await luminance_deviation(page)) < 1, "the two sides of the antimeridian differ");
+
+  await watch_frames(page);
+  await choose("#look", "hillshade");
+  await tiles_loaded(page);
+  const { frames, bare } = await seen(page);
+  assert.ok(frames > 0 && bare === 0, `without terrain: ${bare} of ${frames} frames`);
+  await page.evaluate(() => { window.cordillera.tileset.show = false; });
+  await draw(page);
+  assert.ok((await seen(page)).bare > 0, "a frame without terrain is not noticed (control)");
+  await page.goBack();
+  await shown(page, before);
+}
+
+// How much of the window's width and height the data's box takes, -1 to 1.
+const box_of = (page) => page.evaluate(() => {
+  const { scene, manifest: { bounds: [west, south, east, north, low, high] } } = window.cordillera, { Cartesian3, Matrix4 } = window.Cesium;
+  const { viewMatrix, frustum: { projectionMatrix } } = scene.camera, view = Matrix4.multiply(projectionMatrix, viewMatrix, new Matrix4());
+  const corners = [west, east].flatMap((lon) => [south, north].flatMap((lat) => [low, high].map((height) => {
+    const { x, y, z } = Cartesian3.fromDegrees(lon, lat, height * scene.verticalExaggeration);
+    const [a, b, , w] = [0, 1, 2, 3].map((row) => view[row] * x + view[row + 4] * y + view[row + 8] * z + view[row + 12]);
+    return [a / w, b / w];
+  })));
+  return [0, 1].map((axis) => [Math.min, Math.max].map((of) => of(...corners.map((corner) => corner[axis]))));
+});
+
+export async function try_frame(page) {
+  for (const factor of ["5", "1"]) {
+    await page.fill("#exaggeration", factor);
+    await page.click("#home");
+    const [[left, right], [bottom, top]] = await box_of(page);
+    assert.ok(left >= -1 && right <= 1 && bottom >= -1 && top <= 1, `heights x ${factor}: the data is cut off: ${[left, right, bottom, top]}`);
+    assert.ok(right - left > 1.8 || top - bottom > 1.8, `heights x ${factor}: the window is not filled: ${[left, right, bottom, top]}`);
+    assert.ok(Math.abs(left + right) < 0.1 && Math.abs(top + bottom) < 0.1, "the data is not in the middle");
+  }
+  await tiles_loaded(page);
+  const above = await page.evaluate(() => {
+    const { scene, tileset, manifest: { bounds: [west, south, east, north] } } = window.cordillera, { Cartesian3, Cartographic, Math: CesiumMath, Ray } = window.Cesium;
+    const place = [(west + east) / 2, (south + north) / 2];
+    scene.camera.setView({ destination: Cartesian3.fromDegrees(...place, 5), orientation: { heading: 0, pitch: 0, roll: 0 } });
+    scene.requestRender();
+    scene.render();
+    const origin = Cartesian3.fromDegrees(...place, 20000), direction = Cartesian3.normalize(Cartesian3.negate(origin, new Cartesian3()), new Cartesian3());
+    const ground = Cartographic.fromCartesian(tileset.pick(new Ray(origin, direction), scene.frameState, new Cartesian3())).height;
+    return scene.camera.positionCartographic.height - ground;
+  });
+  assert.ok(above > 0 && above < 60, `the camera is ${above} m above the ground`);  // the ray is not upright
+  await page.click("#home");
+}
