@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "pipeline/build/exact/gathered_blocks.h"
-#include "pipeline/build/exact/regions_above.h"
 #include "pipeline/build/exact_build.h"
+#include "pipeline/build/regions_above.h"
 #include "pipeline/build/tile_simplifiers.h"
 #include "pipeline/build/water_build.h"
 #include "pipeline/build/worker_sources.h"

@@ -17,7 +17,6 @@
 #include "server/http/digest.h"
 #include "server/http/message.h"
 #include "server/limits/admission.h"
-#include "server/log/log.h"
 
 namespace cordillera::server {
 namespace {
@@ -42,9 +41,7 @@ Problem too_many(std::uint64_t tiles) {
 proto::Result<void> write_one(const ArchiveOrder& order, const fs::path& path, const pipeline::exports::ArchiveBounds& bounds) {
   try {
     return pipeline::exports::write_pmtiles(*order.terrain, *order.face, path.string(), bounds);
-  } catch (const pipeline::NoDescriptor&) {
-    return wants_descriptor(order.id);
-  } catch (const std::bad_alloc&) {
+  } catch (const pipeline::NoDescriptor&) { return wants_descriptor(order.id); } catch (const std::bad_alloc&) {
     return Problem{"service-busy", "there is no memory to make an archive of dataset " + order.id, "asking again later", ""};
   } catch (const std::exception& error) {  // tiles that cannot be decoded
     return Problem{"store-damaged", error.what(), "", ""};

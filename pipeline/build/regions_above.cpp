@@ -1,4 +1,4 @@
-#include "pipeline/build/exact/regions_above.h"
+#include "pipeline/build/regions_above.h"
 
 #include <algorithm>
 #include <map>
