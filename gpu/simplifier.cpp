@@ -1,13 +1,10 @@
 #include <algorithm>
 
-#include "gpu/collapse/waves.h"
-#include "gpu/device/device_choice.h"
 #include "gpu/simplify.h"
 
 namespace cordillera::gpu {
 
 #ifndef CORDILLERA_HAS_CUDA
-proto::Result<std::unique_ptr<Simplifier>> make_cuda_waves(int, ParallelFor) { return built_without_cuda(); }
 int cuda_devices() { return 0; }
 bool has_cuda_driver() { return false; }
 #endif
@@ -15,12 +12,6 @@ bool has_cuda_driver() { return false; }
 void one_after_the_other(std::size_t count, const std::function<void(std::size_t)>& work) {
   for (std::size_t i = 0; i < count; ++i) work(i);
 }
-
-namespace {
-MakeSimplifier g_make_published = nullptr;
-}
-
-void offer_published(MakeSimplifier make) { g_make_published = make; }
 
 std::optional<proto::Problem> check_strategy(const std::string& strategy, const std::string& device) {
   if (std::find(kStrategies.begin(), kStrategies.end(), strategy) == kStrategies.end()) {
@@ -32,20 +23,6 @@ std::optional<proto::Problem> check_strategy(const std::string& strategy, const 
   return proto::Problem{"options-conflict",
                         "strategy sequential collapses one edge after the other: there is nothing in it for a GPU",
                         "device auto or cpu, or strategy cleap", "device"};
-}
-
-proto::Result<std::unique_ptr<Simplifier>> make_simplifier(const std::string& device, ParallelFor parallel,
-                                                           const std::string& strategy) {
-  if (auto problem = check_strategy(strategy, device)) return *problem;
-  if (strategy == kExact)
-    return proto::Problem{"option-invalid", "strategy exact simplifies blocks, not tiles", "waves, cleap, sequential",
-                          "strategy"};
-  if (strategy != kStrategies.front()) {
-    if (g_make_published != nullptr) return g_make_published(device, std::move(parallel), strategy);
-    return proto::Problem{"option-invalid", "strategy " + strategy + " is not in this program", "waves", "strategy"};
-  }
-  return on_device(
-      device, [&] { return make_host_waves(parallel); }, [&](int number) { return make_cuda_waves(number, parallel); });
 }
 
 }  // namespace cordillera::gpu

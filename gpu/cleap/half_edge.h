@@ -2,7 +2,7 @@
 // Edges of a tile: one end goes, the other stays where it is, so positions stay on the lattice. The tile's border keeps what its
 // chains want, holes keep their rims within what rims may move: the same rules as in ../collapse.h, asked here of an edge.
 #include "gpu/cleap/quadric.h"
-#include "gpu/collapse/window.h"
+#include "gpu/waves/collapse/window.h"
 
 namespace cordillera::gpu::cleap {
 

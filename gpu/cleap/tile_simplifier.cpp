@@ -4,10 +4,10 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "gpu/border/empty_border.h"
 #include "gpu/cleap/engine.h"
-#include "gpu/collapse/waves.h"
 #include "gpu/device/device_choice.h"
+#include "gpu/waves/border/empty_border.h"
+#include "gpu/waves/collapse/waves.h"
 
 namespace cordillera::gpu::cleap {
 namespace {

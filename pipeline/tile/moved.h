@@ -1,6 +1,6 @@
 #pragma once
-// Border vertices that had to step inside (gpu/border/nudge.h): they brought their heights along, which is no height of where
-// they stand now.
+// Border vertices that had to step inside (gpu/waves/border/nudge.h): they brought their heights along, which is no height of
+// where they stand now.
 #include "pipeline/tile/tile_mesh.h"
 
 namespace cordillera::pipeline {

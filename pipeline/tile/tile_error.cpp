@@ -10,7 +10,7 @@
 #include "gpu/measure/upright.h"
 #include "gpu/measure/upright_flips.h"
 #include "gpu/refine/height_step.h"
-#include "gpu/refine/thin.h"
+#include "gpu/waves/thin.h"
 #include "pipeline/bound/composed_error.h"
 #include "pipeline/bound/loose.h"
 #include "pipeline/plan/plan.h"

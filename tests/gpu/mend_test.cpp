@@ -1,4 +1,4 @@
-#include "gpu/border/mend.h"
+#include "gpu/waves/border/mend.h"
 
 #include <gtest/gtest.h>
 

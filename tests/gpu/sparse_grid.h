@@ -1,6 +1,6 @@
 #pragma once
-// The start of a promised tile (gpu/collapse/sparse_start.h) as a mesh, by another way: triangles cut in two from the largest
-// down. What the simplifier's own, which makes rings without triangles, is held against.
+// The start of a promised tile (gpu/waves/collapse/sparse_start.h) as a mesh, by another way: triangles cut in two from the
+// largest down. What the simplifier's own, which makes rings without triangles, is held against.
 #include <span>
 #include <vector>
 

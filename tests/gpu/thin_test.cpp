@@ -1,5 +1,5 @@
 // Thinning takes out what the promise does not need, and nothing else.
-#include "gpu/refine/thin.h"
+#include "gpu/waves/thin.h"
 
 #include <gtest/gtest.h>
 

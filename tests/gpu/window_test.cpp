@@ -5,10 +5,10 @@
 #include <numeric>
 #include <set>
 
-#include "gpu/collapse/host_team.h"
-#include "gpu/collapse/window_cut.h"
-#include "gpu/mesh/grid_rings.h"
 #include "gpu/simplify.h"
+#include "gpu/waves/collapse/grid_rings.h"
+#include "gpu/waves/collapse/host_team.h"
+#include "gpu/waves/collapse/window_cut.h"
 #include "tests/bench/pyramid/terrain.h"
 
 namespace cordillera::gpu {

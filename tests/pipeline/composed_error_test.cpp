@@ -7,9 +7,9 @@
 #include <functional>
 #include <random>
 
-#include "gpu/border/mend.h"
 #include "gpu/mesh/rings.h"
 #include "gpu/simplify.h"
+#include "gpu/waves/border/mend.h"
 #include "pipeline/bound/loose.h"
 #include "pipeline/bound/overlay.h"
 #include "pipeline/tile/mesh_record.h"

@@ -10,8 +10,8 @@ import sys
 import includes
 
 FLOORS = ("raster", "gpu", "pipeline", "server")
-# Doors: the one file of a floor, or of a room, that names what the rooms above it have, for whoever asks by name.
-DOORS = ("gpu/simplifier.cpp", "pipeline/faces/all_faces.cpp")
+# Doors: the one file of a room that names what the rooms above it have, for whoever asks by name.
+DOORS = ("pipeline/faces/all_faces.cpp",)
 MOST_FILES = 30  # of a room, without those of its own rooms: more is a list that nobody reads
 
 

@@ -1,6 +1,6 @@
 // The batch of a device; included by waves.inl only.
-#include "gpu/collapse/batch.h"
-#include "gpu/collapse/waves.h"
+#include "gpu/waves/collapse/batch.h"
+#include "gpu/waves/collapse/waves.h"
 
 namespace cordillera::gpu {
 

@@ -1,6 +1,6 @@
 #pragma once
 // The team of a host: one thread, plain loops. See wave_loop.h.
-#include "gpu/collapse/wave_loop.h"
+#include "gpu/waves/collapse/wave_loop.h"
 
 namespace cordillera::gpu {
 

@@ -18,8 +18,8 @@
 #include <memory>
 #include <vector>
 
-#include "gpu/collapse/batch.h"
-#include "gpu/collapse/window_cut.h"
+#include "gpu/waves/collapse/batch.h"
+#include "gpu/waves/collapse/window_cut.h"
 #include "proto/stop_watch.h"
 
 namespace cordillera::gpu {

@@ -13,7 +13,7 @@
 // A device walks around a star anew for every question, so that it needs few registers; a host core copies the corners once.
 #include <cmath>
 
-#include "gpu/collapse/window.h"
+#include "gpu/waves/collapse/window.h"
 
 namespace cordillera::gpu {
 

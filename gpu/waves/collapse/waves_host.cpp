@@ -1,8 +1,8 @@
 #include <memory>
 
-#include "gpu/collapse/host_team.h"
-#include "gpu/collapse/waves.inl"
 #include "gpu/device/host_steps.h"
+#include "gpu/waves/collapse/host_team.h"
+#include "gpu/waves/collapse/waves.inl"
 
 namespace cordillera::gpu {
 namespace {

@@ -1,4 +1,4 @@
-#include "gpu/mesh/grid_rings.h"
+#include "gpu/waves/collapse/grid_rings.h"
 
 #include <cmath>
 

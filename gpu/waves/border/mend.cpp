@@ -1,4 +1,4 @@
-#include "gpu/border/mend.h"
+#include "gpu/waves/border/mend.h"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "gpu/mesh/polygon_fill.h"
+#include "gpu/waves/border/polygon_fill.h"
 
 namespace cordillera::gpu {
 namespace {

@@ -2,9 +2,9 @@
 // have too little of it). The body is simplify_window(), the same source that the host runs.
 #include <algorithm>
 
-#include "gpu/collapse/waves.inl"
 #include "gpu/device/cuda_device.cuh"
 #include "gpu/device/cuda_steps.cuh"
+#include "gpu/waves/collapse/waves.inl"
 
 namespace cordillera::gpu {
 namespace {
@@ -201,16 +201,6 @@ proto::Result<std::unique_ptr<Simplifier>> make_cuda_waves(int device, ParallelF
   return with_cuda_device<Simplifier>(device, [&](const cudaDeviceProp& properties) {
     return std::make_unique<WaveSimplifier<CudaDevice>>(std::make_unique<CudaDevice>(device, properties), std::move(parallel));
   });
-}
-
-bool has_cuda_driver() {
-  int version = 0;
-  return cudaDriverGetVersion(&version) == cudaSuccess && version > 0;
-}
-
-int cuda_devices() {
-  int count = 0;
-  return cudaGetDeviceCount(&count) == cudaSuccess ? count : 0;
 }
 
 }  // namespace cordillera::gpu

@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <span>
 
-#include "gpu/collapse/batch_tile.h"
-#include "gpu/collapse/window_pass.h"
 #include "gpu/device/atomic.h"
+#include "gpu/waves/collapse/batch_tile.h"
+#include "gpu/waves/collapse/window_pass.h"
 
 namespace cordillera::gpu {
 

@@ -1,10 +1,10 @@
 #pragma once
 // What is done to every vertex (or tile) of a batch before, between and after the passes.
-#include "gpu/collapse/batch_tile.h"
-#include "gpu/collapse/sparse_start.h"
-#include "gpu/collapse/window_pass.h"
-#include "gpu/mesh/grid_rings.h"
 #include "gpu/mesh/wedges.h"
+#include "gpu/waves/collapse/batch_tile.h"
+#include "gpu/waves/collapse/grid_rings.h"
+#include "gpu/waves/collapse/sparse_start.h"
+#include "gpu/waves/collapse/window_pass.h"
 
 namespace cordillera::gpu {
 

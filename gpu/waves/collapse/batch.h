@@ -4,8 +4,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "gpu/collapse/batch_steps.h"
 #include "gpu/simplify.h"
+#include "gpu/waves/collapse/batch_steps.h"
 
 namespace cordillera::gpu {
 

@@ -1,4 +1,4 @@
-#include "gpu/refine/thin.h"
+#include "gpu/waves/thin.h"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 #pragma once
 // A window's life: carved out of raw storage, loaded from the tile's mesh, simplified, stored back.
-#include "gpu/collapse/wave_loop.h"
 #include "gpu/device/atomic.h"
+#include "gpu/waves/collapse/wave_loop.h"
 
 namespace cordillera::gpu {
 

@@ -1,4 +1,4 @@
-#include "gpu/mesh/polygon_fill.h"
+#include "gpu/waves/border/polygon_fill.h"
 
 #include <algorithm>
 

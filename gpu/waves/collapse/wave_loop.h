@@ -3,8 +3,8 @@
 //   each(n, f)            f(i) for i in 0..n-1
 //   sort_out(n, classify, lists)   fills the lists anew: u goes to those whose bit classify(u) has set
 //   barrier()
-#include "gpu/collapse/collapse.h"
-#include "gpu/collapse/star.h"
+#include "gpu/waves/collapse/collapse.h"
+#include "gpu/waves/collapse/star.h"
 
 namespace cordillera::gpu {
 

@@ -1,8 +1,8 @@
-#include "gpu/collapse/waves.h"
+#include "gpu/waves/collapse/waves.h"
 
 #include <stdexcept>
 
-#include "gpu/border/empty_border.h"
+#include "gpu/waves/border/empty_border.h"
 
 namespace cordillera::gpu {
 

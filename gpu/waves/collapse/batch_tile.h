@@ -2,7 +2,7 @@
 // The tiles of a batch, one after the other.
 #include <cstddef>
 
-#include "gpu/collapse/wave_loop.h"
+#include "gpu/waves/collapse/wave_loop.h"
 
 namespace cordillera::gpu {
 

@@ -1,7 +1,7 @@
 #pragma once
 // One wave: who collapses, and how every touched vertex finds its new ring. No locks and no float atomics: a vertex wins by being
 // the local minimum of a unique key over its ring and the best suitor of its target, and every vertex writes its own row only.
-#include "gpu/collapse/window.h"
+#include "gpu/waves/collapse/window.h"
 
 namespace cordillera::gpu {
 

@@ -1,6 +1,6 @@
 // The driver of strategy `waves`; included by waves_host.cpp and waves_cuda.cu only.
-#include "gpu/collapse/batch.inl"
-#include "gpu/collapse/waves.h"
+#include "gpu/waves/collapse/batch.inl"
+#include "gpu/waves/collapse/waves.h"
 
 namespace cordillera::gpu {
 

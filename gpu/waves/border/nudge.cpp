@@ -1,4 +1,4 @@
-#include "gpu/border/nudge.h"
+#include "gpu/waves/border/nudge.h"
 
 #include <algorithm>
 

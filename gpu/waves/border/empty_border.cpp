@@ -1,8 +1,8 @@
-#include "gpu/border/empty_border.h"
+#include "gpu/waves/border/empty_border.h"
 
-#include "gpu/border/mend.h"
-#include "gpu/border/nudge.h"
 #include "gpu/mesh/rings.h"
+#include "gpu/waves/border/mend.h"
+#include "gpu/waves/border/nudge.h"
 
 namespace cordillera::gpu {
 namespace {

@@ -10,7 +10,7 @@
 #include <bit>
 #include <cstdint>
 
-#include "gpu/collapse/batch_tile.h"
+#include "gpu/waves/collapse/batch_tile.h"
 #include "proto/mesh.h"
 
 namespace cordillera::gpu {
