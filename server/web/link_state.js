@@ -21,7 +21,10 @@ export function read_link() {
 export function read_named() {
   for (const [name, [id, property]] of Object.entries(kControls)) {
     const control = element(id), wanted = named(name);
-    if (wanted === null) continue;
+    if (wanted === null) {
+      control[property] = first[name];
+      continue;
+    }
     const before = control[property];
     if (id === "ramp") control.append(new Option(wanted, wanted));  // its choices are known with the look
     control[property] = typeof before === "boolean" ? wanted === "1" : wanted;

@@ -64,7 +64,7 @@ export class News {
 
   // Until it answers. Then what could not be had is asked for again.
   wait() {
-    return this.silence ??= this.wait_for_answer().finally(() => { this.silence = null; });
+    return this.silence ??= this.wait_for_answer();
   }
   async wait_for_answer() {
     panel.say(kSilent, "problem");
@@ -72,6 +72,7 @@ export class News {
     this.page.error = null;
     this.anew = null;
     panel.say_for(...kAnswers);
+    this.silence = null;  // it may fall silent again meanwhile
     await this.on.again();
   }
 }

@@ -16,11 +16,14 @@ export async function ask(url, options = {}) {
 
 // Where the service wants a token, or another one: what somebody is told, and the field for it comes up. Undefined for other answers.
 const kUnauthorized = 401;
+let told_of;  // the token with which somebody has been sent to the field: requests that nobody waits for go on, and are refused, too
 export function refused(status) {
   if (status !== kUnauthorized) return undefined;
-  const field = document.getElementById("token");
-  bring_up("token");
-  field.focus();
+  if (told_of !== (token() ?? "")) {
+    told_of = token() ?? "";
+    bring_up("token");
+    document.getElementById("token").focus();
+  }
   return token() ? "The service does not know this token. Enter another one in the field “Token”." : "The service asks for a token here. Enter yours in the field “Token”.";
 }
 

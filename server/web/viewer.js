@@ -45,8 +45,9 @@ function first_look() {
 const home = () => (page.manifest ? fly_home(page.scene, page.manifest.bounds, panel.share_beside()) : show_earth(page.scene.camera));
 
 // on: the page, or a tileset that is still to be shown, with its looks.
-let look_problem = "";
+let look_problem = "", looks_chosen = 0;
 async function apply_look(on = page) {
+  const turn = ++looks_chosen;  // what an earlier choice is answered late is nobody's wish any more
   const choice = panel.look();
   panel.fill_ramps(kPictures[choice.look] ?? [], choice.ramp);
   choice.ramp = panel.look().ramp;
@@ -56,19 +57,20 @@ async function apply_look(on = page) {
   panel.take_back(look_problem);
   look_problem = "";
   const say_of_look = (words) => {
+    if (turn !== looks_chosen) return;
     if (words) panel.say(words, "problem");
     else panel.take_back(look_problem);
     look_problem = words;
   };
   try {
     const about = await on.looks.show(choice.look, choice, say_of_look);
-    if (about?.ramp) show_legend(legend_of(choice.look, about));
+    if (turn === looks_chosen && about?.ramp) show_legend(legend_of(choice.look, about));
   } catch (error) {
     // A folder of finished tiles has pictures only if it was built with them; nobody asked for the first look.
     const expected = error.type === "urn:cordillera:problem:not-in-folder" && choice.look === "relief";
     if (!expected) say_of_look(String(error.message || error));
   }
-  if (on.looks.look === "height") show_legend(legend_of_tint(tint_stops(...on.looks.manifest.bounds.slice(4))));
+  if (turn === looks_chosen && on.looks.look === "height") show_legend(legend_of_tint(tint_stops(...on.looks.manifest.bounds.slice(4))));
   page.scene.requestRender();
 }
 
@@ -250,7 +252,7 @@ const can_be_seen = ({ state, provisional }) => state === "ready" || provisional
 async function leave(id) {
   if (!id || id !== wanted.id) return list_datasets();
   ++showing;  // it may be on its way
-  wanted.id = null;
+  Object.assign(wanted, { id: null, version: undefined });
   write_link({ dataset: null });  // nobody can go back to it
   await list_datasets();
   const back = page.datasets.find((one) => one.id === before) ?? page.datasets.find(can_be_seen), words = "Its build was cancelled, and it is deleted.";
