@@ -61,8 +61,8 @@ std::size_t exact_at_once(const proto::Plan& plan, unsigned threads, std::uint32
 }
 
 std::size_t regions_at_once(unsigned threads, std::uint32_t memory_mib) {
-  constexpr double kBytesOfRegion = 1e9, kMost = 4;
-  const double by_threads = (threads + 3.0) / 4, by_memory = memory_for_blocks(memory_mib) / kBytesOfRegion;
+  constexpr double kBytesOfRegion = 0.8e9, kBytesBeside = 0.8e9, kMost = 4;
+  const double by_threads = (threads + 3.0) / 4, by_memory = (memory_for_blocks(memory_mib) - kBytesBeside) / kBytesOfRegion;
   return static_cast<std::size_t>(std::clamp(std::min(by_threads, by_memory), 1.0, kMost));
 }
 
@@ -125,7 +125,8 @@ proto::Result<void> Builder::prepare() {
   };
   if (const auto begun = sources_.open(workers_.threads(), open); !begun.ok()) return begun;
   if (const auto mask = water_.open(); !mask.ok()) return mask;
-  return plan_.exact() ? proto::Result<void>() : tiles_.open(room_.device, named_strategy(plan_.options()));
+  if (plan_.exact() && (!has_levels_above(plan_) || merged_at_once(plan_))) return {};
+  return tiles_.open(room_.device, plan_.exact() ? gpu::kStrategies.front() : named_strategy(plan_.options()));
 }
 
 proto::Result<void> Builder::opened() const { return plan_.exact() ? exact_.opened() : proto::Result<void>(); }
@@ -332,7 +333,7 @@ proto::Result<FinishedTask> Builder::tiles_of_block(const proto::TileAddress& no
   return task;
 }
 
-bool Builder::by_regions() const { return room_.quarter_side > 0 || !has_one_ground(plan_); }
+bool Builder::by_regions() const { return merged_at_once(plan_) && (room_.quarter_side > 0 || !has_one_ground(plan_)); }
 
 void Builder::gather_for_merge() {
   if (by_regions()) return;

@@ -71,7 +71,7 @@ class Builder {
 
   /// The finest samples of a node, and two cells of its level around it. Empty where the source knows that it has no data there.
   proto::Result<proto::Samples> read(const proto::TileAddress& node);
-  /// Of tiles one by one: not of exact blocks.
+  /// Of tiles one by one: of waves, and of what is merged above exact blocks.
   TileSimplifiers& tiles() { return tiles_; }
 
  private:

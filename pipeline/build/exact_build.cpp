@@ -27,6 +27,7 @@ constexpr double kTakenOff = 1.5, kMoreCareful = 0.998;  // of what it is above;
 /// Tiles of a level, encoded, and how far the worst is above its target.
 struct EncodedLevel {
   std::vector<EncodedTile> tiles;
+  std::vector<BuiltTile> whole;  ///< of levels that the merge above the block needs
   double above_m = 0;
 };
 
@@ -44,7 +45,7 @@ class BlockBuild {
         frames_(lattice_, samples),
         counts_(lattice_, samples, team.workers, Workers::Haste::somebody_waits),  // the simplifier does
         asked_(levels_of_block(plan, node.z)),
-        keeps_squares_(place.merged_above) {
+        keeps_squares_(place.merged_above && merged_at_once(plan)) {
     if (keeps_squares_) asked_.known_reach = most_rim_reach(plan);
   }
 
@@ -60,7 +61,10 @@ class BlockBuild {
       FinishedTask task;
       task.node = node_;
       for (EncodedLevel& level : levels) std::move(level.tiles.begin(), level.tiles.end(), std::back_inserter(task.tiles));
-      if (keeps_squares_) task.mesh = {node_, to_bytes(kept_)};
+      if (keeps_squares_)
+        task.mesh = {node_, to_bytes(kept_)};
+      else if (place_.merged_above)
+        task.mesh = {node_, to_bytes(handed_up(levels))};
       return task;
     }
   }
@@ -115,7 +119,8 @@ class BlockBuild {
     LevelContext context{&lattice_, &level_plan(plan_, z), plan_.promise(), &samples_};
     context.frames = &frames_;
     context.counts = &counts_;
-    std::vector<BuiltTile> tiles = tiles_of_block(plan_, place_, z, mesh);
+    const bool handed_up = place_.merged_above && !keeps_squares_ && z <= node_.z + 1;
+    std::vector<BuiltTile> tiles = tiles_of_block(plan_, place_, z, mesh, handed_up ? TileParts::whole : TileParts::published);
     std::vector<gpu::SurfaceMemory> memories = measured(simplifiers, context, tiles);
     const bool on_gpu = !memories.empty();
     memories.resize(tiles.size());
@@ -134,15 +139,16 @@ class BlockBuild {
       above[k] = finished.above_m;
       made[k] = std::move(finished.tile);
       if (!meets || !on_gpu) memories[k] = {};  // they take more room than the meshes
-      if (!meets) tiles[k] = {};
+      if (!handed_up && !meets) tiles[k] = {};
       return std::move(finished.on_sides);
     };
     if (meets)
       finish_with_sides(context, tiles, team_.workers, finish, haste);
     else
       team_.workers.each(tiles.size(), finish, haste);
-    tiles.clear();
+    if (!handed_up) tiles.clear();
     EncodedLevel level;
+    if (handed_up) level.whole = std::move(tiles);
     for (const double a : above) level.above_m = std::max(level.above_m, a);
     for (std::optional<EncodedTile>& tile : made) {
       if (tile) level.tiles.push_back(std::move(*tile));
@@ -151,6 +157,15 @@ class BlockBuild {
     const bool final = level.above_m == 0 || !plan_.promise();
     if (finest && final && team_.finest) team_.finest.take(level.tiles);
     return level;
+  }
+
+  /// The node's tile, with what the merge above it needs.
+  BuiltTile handed_up(std::vector<EncodedLevel>& levels) const {
+    LevelContext context{&lattice_, &level_plan(plan_, node_.z), plan_.promise(), &samples_};
+    context.merges_above = true;
+    BuiltTile tile = std::move(levels.back().whole.front());
+    hand_up_exact(context, levels[levels.size() - 2].whole, tile);
+    return tile;
   }
 
   /// Less is asked of levels above their target the next time, but on sides that other blocks share. The first of them; none: how

@@ -235,7 +235,7 @@ class RegionsBuild {
       state_errors(context, known, team_.workers, built);
       task.tiles = encode_tiles(context, built, plan_.options(), team_.workers);
     } else {
-      state_errors_of_pieces(context, known, built);
+      state_errors_of_pieces(context, place, known, built);
       made.pieces = std::move(built);
     }
     return task;
@@ -309,27 +309,32 @@ class RegionsBuild {
     return joined_mesh({region.across, region.up, quarters_.side(), at});
   }
 
-  /// What vertices a piece has where it meets the others of its tile.
-  std::vector<std::array<std::int32_t, 3>> met(const proto::TileMesh& mesh) const {
+  /// What vertices a piece has on the sides of its region.
+  std::vector<std::array<std::int32_t, 3>> met(const BlockPlace& place, const BuiltTile& piece) const {
+    const std::int64_t west = lattice_.west(piece.tile), south = lattice_.south(piece.tile), circle = lattice_.columns();
+    const proto::TileMesh& mesh = piece.mesh;
     std::vector<std::array<std::int32_t, 3>> all;
     for (std::size_t v = 0; v < mesh.vertices(); ++v) {
-      if (mesh.x[v] % quarters_.side() == 0 || mesh.y[v] % quarters_.side() == 0)
+      const std::int64_t x = west + mesh.x[v], y = south + mesh.y[v];
+      if ((x - place.west) % circle == 0 || (x - place.east) % circle == 0 || y == place.south || y == place.north)
         all.push_back({mesh.x[v], mesh.y[v], mesh.height[v]});
     }
     std::sort(all.begin(), all.end());
     return all;
   }
-  /// Where vertices went in on a line between pieces, which the others do not know, none are put back, and the error is stated as
-  /// it is.
-  void state_errors_of_pieces(const LevelContext& context, const KnownGround& known, std::vector<BuiltTile>& pieces) {
+  /// Where vertices went in on a side of the region, which others do not know, none are put back, and the error is stated as it
+  /// is. All pieces of a tile have the same share in its RMSE.
+  void state_errors_of_pieces(const LevelContext& context, const BlockPlace& place, const KnownGround& known,
+                              std::vector<BuiltTile>& pieces) {
+    const int step = std::max(4, quarters_.side() / 512);
     const std::vector<BuiltTile> before = pieces;
-    state_errors(context, known, team_.workers, pieces);
+    state_errors(context, known, team_.workers, pieces, step);
     LevelContext as_it_is = context;
     as_it_is.promise = false;
     for (std::size_t n = 0; n < pieces.size(); ++n) {
-      if (met(pieces[n].mesh) == met(before[n].mesh)) continue;
+      if (met(place, pieces[n]) == met(place, before[n])) continue;
       std::vector<BuiltTile> again{before[n]};
-      state_errors(as_it_is, known, team_.workers, again);
+      state_errors(as_it_is, known, team_.workers, again, step);
       pieces[n] = std::move(again.front());
     }
   }

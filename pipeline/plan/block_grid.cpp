@@ -36,7 +36,12 @@ proto::TileAddress node_at(const proto::Plan& plan, const BlockGrid& grid, std::
   return {z, static_cast<std::int32_t>(x), static_cast<std::int32_t>(grid.south + k / grid.across)};
 }
 
-bool merged_at_once(const proto::Plan& plan) { return plan.exact() && has_levels_above(plan); }
+bool merged_at_once(const proto::Plan& plan) {
+  if (!plan.exact() || !has_levels_above(plan)) return false;
+  const BlockGrid grid = grid_of(plan);
+  const std::int64_t units = lattice_of(plan).tile_units(static_cast<int>(plan.block_level()));
+  return grid.across * units * grid.up * units <= kMostCellsByRegions;
+}
 
 bool has_one_ground(const proto::Plan& plan) {
   const BlockGrid grid = grid_of(plan);

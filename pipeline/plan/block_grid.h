@@ -22,9 +22,11 @@ BlockGrid grid_of(const proto::Plan& plan);
 /// Row by row from the south-west.
 proto::TileAddress node_at(const proto::Plan& plan, const BlockGrid& grid, std::int32_t k);
 
-/// Whether one task makes all levels above the blocks of a plan: above exact blocks. Else parents are merged of four children,
-/// level by level.
+/// Whether one task makes all levels above the blocks of a plan: exact blocks of no more cells of the finest level than
+/// kMostCellsByRegions. Else parents are merged of four children, level by level: many machines share that, and a tile of a level
+/// far above has no lines in it.
 bool merged_at_once(const proto::Plan& plan);
+inline constexpr std::int64_t kMostCellsByRegions = std::int64_t{1} << 35;
 /// Whether these blocks fit into one rectangle of gpu/exact, and take no more memory than kMostCellsAbove stands for. Else levels
 /// above them are made region by region.
 bool has_one_ground(const proto::Plan& plan);

@@ -174,7 +174,7 @@ void derive_level(const proto::Plan& plan, proto::LevelPlan& level) {
   level.set_height_step(power_of_two_below(std::max(height_step, proto::kHeightStep_m)));
   // Above the blocks half of the target is spent already: children's errors are added. Rounding takes its part, all of it where
   // somebody asks for less than a float32 can tell.
-  const bool exact = plan.exact(), composed = !exact && z < static_cast<int>(plan.block_level());
+  const bool composed = z < static_cast<int>(plan.block_level()) && !merged_at_once(plan), exact = plan.exact() && !composed;
   const double left = target_m * (composed ? 0.5 : 1) - usual_step_m(plan, level) - level.height_step() / 2;
   level.set_chain_tolerance((exact ? 1 : at_pole ? kPolarChainShare : kChainShare) * std::max(left, 0.0));
   const double cell = static_cast<double>(lattice.cell_units(z));

@@ -1,8 +1,14 @@
 // Levels above the blocks of rasters that are more than one ground may hold: region by region.
 #include <gmock/gmock.h>
 
+#include <array>
+#include <atomic>
 #include <cmath>
+#include <fstream>
+#include <string>
 
+#include "pipeline/build/build.h"
+#include "pipeline/check/check.h"
 #include "pipeline/plan/block_grid.h"
 #include "tests/whole/above_blocks.h"
 
@@ -57,6 +63,60 @@ TEST(Regions, hold_islands_that_are_far_apart) {
   EXPECT_FALSE(pipeline::has_one_ground(built.plan));
   EXPECT_THAT(judge_wide(built), IsEmpty());
   expect_promise_above_blocks(built);
+}
+
+/// Two small rasters of a level's lattice as one: a VRT in the folder.
+std::string far_apart(const Folder& folder, int level, const std::array<std::array<std::int64_t, 2>, 2>& north_west) {
+  constexpr int kSide = 300;
+  const HeightOf ground = rough(5);
+  const double cell = proto::Lattice{level}.cell_deg();
+  std::string sources;
+  for (const auto& [west, north] : north_west) {
+    const std::string name = std::to_string(west) + ".tif";
+    write(cells_of({level, west, north}, kSide, kSide, ground), folder.path(name));
+    const std::string size = "xSize='" + std::to_string(kSide) + "' ySize='" + std::to_string(kSide) + "'/>";
+    sources += "<SimpleSource><SourceFilename relativeToVRT='1'>" + name + "</SourceFilename><SrcRect xOff='0' yOff='0' " + size +
+               "<DstRect xOff='" + std::to_string(west - north_west[0][0]) + "' yOff='" +
+               std::to_string(north_west[0][1] - north) + "' " + size + "</SimpleSource>";
+  }
+  const auto& [west, north] = north_west[0];
+  std::ofstream vrt(folder.path("two.vrt"));
+  vrt.precision(17);
+  vrt << "<VRTDataset rasterXSize='" << north_west[1][0] - west + kSide << "' rasterYSize='" << north - north_west[1][1] + kSide
+      << "'><SRS>EPSG:4326</SRS><GeoTransform>" << -180 + static_cast<double>(west) * cell << ',' << cell << ",0,"
+      << -90 + static_cast<double>(north) * cell << ",0," << -cell
+      << "</GeoTransform><VRTRasterBand dataType='Float32' band='1'><NoDataValue>" << kNoData << "</NoDataValue>" << sources
+      << "</VRTRasterBand></VRTDataset>";
+  return folder.path("two.vrt");
+}
+
+// More than 34 billion samples: parents are merged of four children, which machines can share.
+TEST(Regions, give_way_to_merges) {
+  const Folder folder;
+  pipeline::BuildRequest request;
+  request.raster_path = far_apart(folder, 11, {{{100 * kTile, 1800 * kTile}, {900 * kTile, 1000 * kTile}}});
+  request.raster_name = "two.vrt";
+  request.id = "test";
+  request.store_path = folder.path("two.sqlite");
+  request.options = exact(20);
+  request.options.set_max_level(11);
+  auto source = pipeline::open_source(request);
+  ASSERT_TRUE(source.ok()) << source.problem().line();
+  const auto plan = pipeline::plan_of(request, **source);
+  ASSERT_TRUE(plan.ok()) << plan.problem().line();
+  ASSERT_TRUE(plan->exact());
+  ASSERT_FALSE(pipeline::merged_at_once(*plan));
+  const std::atomic<bool> stop{false};
+  const auto built = pipeline::build(request, nullptr, stop);
+  ASSERT_TRUE(built.ok()) << built.problem().line();
+  EXPECT_EQ(built->levels_size(), 12);
+  for (const proto::LevelSummary& level : built->levels()) {
+    EXPECT_GE(level.tiles(), 1u) << "level " << level.level();
+    EXPECT_LE(level.stated_max_error(), level.target()) << "level " << level.level();
+  }
+  const auto report = pipeline::check::check_store(request.store_path, nullptr);
+  ASSERT_TRUE(report.ok()) << report.problem().line();
+  for (const auto& finding : report->findings.kept()) ADD_FAILURE() << finding.where << ": " << finding.what;
 }
 
 }  // namespace

@@ -148,12 +148,13 @@ class KnownErrors {
 
 }  // namespace
 
-ErrorStatement::ErrorStatement(const LevelContext& context, const KnownGround& known, BuiltTile& tile)
+ErrorStatement::ErrorStatement(const LevelContext& context, const KnownGround& known, BuiltTile& tile, int rmse_step)
     : context_(context),
       tile_(tile),
       known_(meter_of(context, known, tile)),
       steep_(steep_triangles(*context.lattice, tile)),
-      error_m_(steep_.size()) {}
+      error_m_(steep_.size()),
+      step_(rmse_step) {}
 
 std::size_t ErrorStatement::pieces() const { return (steep_.size() + kPiece - 1) / kPiece; }
 
@@ -212,7 +213,7 @@ void ErrorStatement::put_back() {
     }
   }
   tile_.max_error_m = std::max(tile_.max_error_m, steep_m) + gpu::kGrace_m;
-  step_ = std::max(kRmseStep, published_side(tile_.mesh) / kRmseSide);
+  if (step_ == 0) step_ = std::max(kRmseStep, published_side(tile_.mesh) / kRmseSide);
   bands_.resize(kBands);
 }
 
@@ -233,10 +234,12 @@ void ErrorStatement::finish() {
   }
 }
 
-void state_errors(const LevelContext& context, const KnownGround& known, Workers& workers, std::vector<BuiltTile>& tiles) {
+void state_errors(const LevelContext& context, const KnownGround& known, Workers& workers, std::vector<BuiltTile>& tiles,
+                  int rmse_step) {
   std::vector<std::unique_ptr<ErrorStatement>> statements(tiles.size());
-  workers.each(tiles.size(),
-               [&](std::size_t k, unsigned) { statements[k] = std::make_unique<ErrorStatement>(context, known, tiles[k]); });
+  workers.each(tiles.size(), [&](std::size_t k, unsigned) {
+    statements[k] = std::make_unique<ErrorStatement>(context, known, tiles[k], rmse_step);
+  });
   const auto each_part = [&](std::size_t (ErrorStatement::*count)() const, void (ErrorStatement::*measure)(std::size_t)) {
     std::vector<std::pair<ErrorStatement*, std::size_t>> parts;
     for (const auto& statement : statements) {

@@ -20,7 +20,8 @@ inline constexpr double kMildSlope = 3;
 /// its own pieces go to several threads.
 class ErrorStatement {
  public:
-  ErrorStatement(const LevelContext& context, const KnownGround& known, BuiltTile& tile);
+  /// rmse_step: between the samples that the RMSE looks at; 0: by what the tile shows.
+  ErrorStatement(const LevelContext& context, const KnownGround& known, BuiltTile& tile, int rmse_step = 0);
   std::size_t pieces() const;  ///< of steep triangles
   void measure(std::size_t piece);
   void put_back();            ///< after all pieces
@@ -34,11 +35,12 @@ class ErrorStatement {
   const GroundMeter known_;
   std::vector<std::uint32_t> steep_;
   std::vector<double> error_m_;           ///< indexed as steep_
-  int step_ = 0;                          ///< between samples that the RMSE looks at
+  int step_;                              ///< between samples that the RMSE looks at, once it is known
   std::vector<gpu::SurfaceError> bands_;  ///< sums of squares
 };
 
 /// Of all tiles of a level that lie on a ground.
-void state_errors(const LevelContext& context, const KnownGround& known, Workers& workers, std::vector<BuiltTile>& tiles);
+void state_errors(const LevelContext& context, const KnownGround& known, Workers& workers, std::vector<BuiltTile>& tiles,
+                  int rmse_step = 0);
 
 }  // namespace cordillera::pipeline

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 #include <utility>
 
 #include "gpu/exact/side_chain.h"
@@ -11,6 +12,7 @@
 #include "pipeline/plan/ecef_step.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/tile/tile_error.h"
+#include "pipeline/tile/weld.h"
 #include "proto/ellipsoid.h"
 #include "proto/integers.h"
 
@@ -236,8 +238,8 @@ proto::TileMesh tile_mesh_of_block(const gpu::exact::BlockMesh& mesh, std::int32
   return tile;
 }
 
-std::vector<BuiltTile> tiles_of_block(const proto::Plan& plan, const BlockPlace& place, int z,
-                                      const gpu::exact::BlockMesh& mesh) {
+std::vector<BuiltTile> tiles_of_block(const proto::Plan& plan, const BlockPlace& place, int z, const gpu::exact::BlockMesh& mesh,
+                                      TileParts parts) {
   const proto::Lattice lattice = lattice_of(plan);
   const std::int64_t units = lattice.tile_units(z);
   const std::int64_t west = floor_divide(place.west, units), south = floor_divide(place.south, units),
@@ -246,7 +248,8 @@ std::vector<BuiltTile> tiles_of_block(const proto::Plan& plan, const BlockPlace&
   std::vector<TileTriangles> by_tile(static_cast<std::size_t>(columns * rows));  // row by row from the south
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& triangle = mesh.triangles[t];
-    if (mesh.is_void[triangle[0]] || mesh.is_void[triangle[1]] || mesh.is_void[triangle[2]]) continue;
+    if (parts == TileParts::published && (mesh.is_void[triangle[0]] || mesh.is_void[triangle[1]] || mesh.is_void[triangle[2]]))
+      continue;
     const std::int64_t x = std::min({mesh.x[triangle[0]], mesh.x[triangle[1]], mesh.x[triangle[2]]}),
                        y = std::min({mesh.y[triangle[0]], mesh.y[triangle[1]], mesh.y[triangle[2]]});
     TileTriangles& of_tile = by_tile[static_cast<std::size_t>((floor_divide(place.south + y, units) - south) * columns +
@@ -284,6 +287,23 @@ double measure_exact(const LevelContext& context, BuiltTile& tile, gpu::SurfaceM
     measure(put_back, tile, memory);
   }
   return std::max(0.0, tile.max_error_m - gpu::kGrace_m - limit_m);
+}
+
+void hand_up_exact(const LevelContext& context, const std::vector<BuiltTile>& children, BuiltTile& tile) {
+  std::array<const proto::TileMesh*, 4> meshes{};
+  PreparedTile prepared;
+  prepared.tile = tile.tile;
+  for (const BuiltTile& child : children) {
+    meshes[static_cast<std::size_t>((child.tile.x & 1) + 2 * (child.tile.y & 1))] = &child.mesh;
+    prepared.inherited_error_m = std::max(prepared.inherited_error_m, child.max_error_m);
+  }
+  WeldInput input;
+  input.children = meshes;
+  input.child_side = tile.mesh.side / 2;
+  proto::Result<proto::TileMesh> welded = weld(input);
+  if (!welded.ok()) throw std::logic_error("exact block: " + welded.problem().detail);
+  prepared.input = std::move(*welded);
+  hand_up(context, prepared, tile);
 }
 
 }  // namespace cordillera::pipeline

@@ -44,9 +44,12 @@ gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, int coarsest);
 /// See gpu::exact::Block.
 double sample_m(const proto::Plan& plan);
 
-/// The published triangles of level z of a block as tiles, ordered by y then x, not measured yet: max_error_m is what the engine
-/// knows, if it says so. Tiles without any are left out; of one that reaches beyond the place, what lies there is.
-std::vector<BuiltTile> tiles_of_block(const proto::Plan& plan, const BlockPlace& place, int z, const gpu::exact::BlockMesh& mesh);
+/// Level z of a block as tiles, ordered by y then x, not measured yet: max_error_m is what the engine knows, if it says so.
+/// published: their published triangles alone, without void vertices; tiles without any are left out, and of one that reaches
+/// beyond the place, what lies there is. whole: all of them.
+enum class TileParts { published, whole };
+std::vector<BuiltTile> tiles_of_block(const proto::Plan& plan, const BlockPlace& place, int z, const gpu::exact::BlockMesh& mesh,
+                                      TileParts parts = TileParts::published);
 
 /// A block that is a whole node, void triangles too. side: of the node, units.
 proto::TileMesh tile_mesh_of_block(const gpu::exact::BlockMesh& mesh, std::int32_t side);
@@ -55,5 +58,9 @@ proto::TileMesh tile_mesh_of_block(const gpu::exact::BlockMesh& mesh, std::int32
 /// space, vertices are put back inside the tile first. How much of the error is above the target all the same; 0: nothing.
 /// memory: of the tile at limit_of()
 double measure_exact(const LevelContext& context, BuiltTile& tile, gpu::SurfaceMemory& memory);
+
+/// Gives the tile of a node what the merge above it needs, see hand_up. children: whole tiles of the level below it, all four of
+/// them.
+void hand_up_exact(const LevelContext& context, const std::vector<BuiltTile>& children, BuiltTile& tile);
 
 }  // namespace cordillera::pipeline
