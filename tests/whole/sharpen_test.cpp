@@ -230,7 +230,7 @@ TEST_F(Sharpen, heights_come_from_the_finest_level_that_is_there) {
 /// Of larger rasters blocks are larger, too, and lie a level farther up, or two.
 TEST(Provisional, tiles_with_as_many_samples_as_are_said_meet_the_blocks) {
   const Folder folder;
-  write(points_of(kCorner, 230, 130, rough(8)), folder.path("dem.tif"));
+  write(points_of(kCorner, 330, 230, rough(8)), folder.path("dem.tif"));
   pipeline::BuildRequest request;
   request.raster_path = folder.path("dem.tif");
   request.raster_name = "dem.tif";
