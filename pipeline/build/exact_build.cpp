@@ -275,7 +275,7 @@ class AboveBuild {
     BlockPlace place = place_;
     place.west = west, place.east = west + place_.east - place_.west;
     std::vector<BuiltTile> tiles = tiles_of_block(plan_, place, z, mesh);
-    state_errors(context, known_, workers_, tiles);
+    state_errors(context, known_, workers_.loop(), tiles);
     return encode_tiles(context, tiles, plan_.options(), workers_);
   }
 

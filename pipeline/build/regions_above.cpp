@@ -11,6 +11,7 @@
 #include "pipeline/build/exact/exact_above.h"
 #include "pipeline/build/exact/ground_meter.h"
 #include "pipeline/build/exact/kept_block.h"
+#include "pipeline/build/exact/quarter_grid.h"
 #include "pipeline/build/in_flight.h"
 #include "pipeline/build/tile_output.h"
 #include "pipeline/plan/block_grid.h"
@@ -22,64 +23,6 @@ namespace {
 
 using gpu::exact::BlockMesh;
 using gpu::exact::Ground;
-using proto::floor_divide;
-
-/// Which quarters; columns of a grid that closes are modulo the circle.
-struct Region {
-  std::int64_t column = 0, row = 0;
-  std::int32_t across = 0, up = 0;  ///< 1 or 2 each
-};
-
-/// All quarters that the blocks of a plan lie in.
-class QuarterGrid {
- public:
-  QuarterGrid(const proto::Plan& plan, std::int32_t side) : side_(side), closes_(grid_of(plan).closes) {
-    const BlockPlace all = place_above(plan);
-    west_ = floor_divide(all.west, side), east_ = floor_divide(all.east - 1, side) + 1;
-    south_ = floor_divide(all.south, side), north_ = floor_divide(all.north - 1, side) + 1;
-  }
-  /// Of a level that is so many above the blocks, row by row.
-  std::vector<Region> regions(std::size_t level) const {
-    const auto shift = static_cast<std::int64_t>(level % 2);
-    std::vector<Region> all;
-    for (const auto& [row, up] : spans(south_, north_, shift, false)) {
-      for (const auto& [column, across] : spans(west_, east_, shift, closes_)) all.push_back({column, row, across, up});
-    }
-    return all;
-  }
-  BlockPlace place_of(const Region& region) const {
-    BlockPlace place;
-    place.west = region.column * side_, place.east = place.west + std::int64_t{side_} * region.across;
-    place.south = region.row * side_, place.north = place.south + std::int64_t{side_} * region.up;
-    return place;
-  }
-  /// South, east, north, west.
-  std::array<bool, 4> goes_on(const Region& region) const {
-    return {region.row > south_, closes_ || region.column + region.across < east_, region.row + region.up < north_,
-            closes_ || region.column > west_};
-  }
-  std::pair<std::int64_t, std::int64_t> key(std::int64_t column, std::int64_t row) const {
-    return {row, closes_ ? proto::modulo(column, east_) : column};
-  }
-  std::int32_t side() const { return side_; }
-
- private:
-  /// Pairs from multiples of two on, shifted.
-  static std::vector<std::pair<std::int64_t, std::int32_t>> spans(std::int64_t from, std::int64_t to, std::int64_t shift,
-                                                                  bool around) {
-    std::vector<std::pair<std::int64_t, std::int32_t>> all;
-    for (std::int64_t first = floor_divide(from - shift, 2) * 2 + shift; first < to; first += 2) {
-      const std::int64_t begin = around ? first : std::max(first, from), end = around ? first + 2 : std::min(first + 2, to);
-      if (around && first < from) continue;  // the last one holds it
-      all.emplace_back(begin, static_cast<std::int32_t>(end - begin));
-    }
-    return all;
-  }
-
-  std::int32_t side_;
-  bool closes_;
-  std::int64_t west_ = 0, east_ = 0, south_ = 0, north_ = 0;
-};
 
 /// Pieces of one tile as one: they share vertices on their common sides.
 BuiltTile put_together(std::vector<BuiltTile>& pieces) {
@@ -171,7 +114,7 @@ class RegionsBuild {
   proto::Result<void> make_level(std::size_t l, std::vector<EncodedTile>& tiles) {
     const int z = static_cast<int>(plan_.block_level()) - 1 - static_cast<int>(l);
     const LevelContext context{&lattice_, &level_plan(plan_, z), plan_.promise(), nullptr};
-    const std::vector<Region> regions = quarters_.regions(l);
+    std::vector<Region> regions = quarters_.regions(l);
     std::vector<MadeRegion> made(regions.size());
     std::map<std::pair<std::int64_t, std::int64_t>, proto::TileMesh> quarters;
     std::map<proto::TileAddress, std::vector<BuiltTile>> pieces;
@@ -199,14 +142,16 @@ class RegionsBuild {
     return {};
   }
 
-  /// Its tiles, and what becomes of it beside; nothing where it has no data.
-  proto::Result<FinishedTask> make_region(const LevelContext& context, std::size_t l, const Region& region, MadeRegion& made) {
+  /// Its tiles, and what becomes of it beside; nothing where it has no data. What of it is made is in `region`.
+  proto::Result<FinishedTask> make_region(const LevelContext& context, std::size_t l, Region& region, MadeRegion& made) {
     FinishedTask task;
-    std::optional<BlockMesh> start;
-    if (l > 0) {
-      start = joined_quarters(region);
-      if (!start) return task;
+    std::map<std::size_t, proto::TileMesh> meshes;  // of blocks, by their numbers
+    if (l == 0) {
+      if (auto read = read_meshes(quarters_.place_of(region), meshes); !read.ok()) return read.problem();
     }
+    region = with_data(l, region);
+    if (region.across == 0) return task;
+    BlockMesh start = l == 0 ? joined_blocks(quarters_.place_of(region), meshes) : joined_quarters(region);
     const BlockPlace place = quarters_.place_of(region);
     const BlockCurve curve = curve_of(plan_, place);
     IdleGrounds::Taken taken(idle_);
@@ -216,23 +161,22 @@ class RegionsBuild {
     ground.cut_column = region.across == 2 ? quarters_.side() : 0;
     ground.cut_row = region.up == 2 ? quarters_.side() : 0;
     ground.curve = curve.rows, ground.curve_up = curve.up;
-    if (auto read = read_blocks(place, ground, l == 0 ? &start : nullptr); !read.ok()) return read.problem();
-    if (!start) return task;
+    if (auto read = read_squares(place, ground); !read.ok()) return read.problem();
     gpu::exact::BlockPlan level = levels_;
     level.levels = {levels_.levels[l]};
     level.tile_side = static_cast<std::int32_t>(std::min<std::int64_t>(std::int64_t{levels_.tile_side} << l, quarters_.side()));
     BlockMesh mesh;
     const auto simplified =
-        team_.simplifiers.simplify_above(ground, *start, level, [&](std::size_t, BlockMesh&& of) { mesh = std::move(of); });
+        team_.simplifiers.simplify_above(ground, start, level, [&](std::size_t, BlockMesh&& of) { mesh = std::move(of); });
     if (team_.stop) return kCancelled;
     if (!simplified.ok()) return simplified.problem();
-    start.reset();
+    start = {};
     const int z = static_cast<int>(context.level->level());
     if (l + 1 < levels_.levels.size()) made.quarters = cut_mesh(mesh, region.across, region.up, quarters_.side());
     std::vector<BuiltTile> built = tiles_of_block(plan_, place, z, mesh);
     const KnownGround known(lattice_, ground);
     if (lattice_.tile_units(z) <= quarters_.side()) {
-      state_errors(context, known, team_.workers, built);
+      state_errors(context, known, team_.workers.loop(), built);
       task.tiles = encode_tiles(context, built, plan_.options(), team_.workers);
     } else {
       state_errors_of_pieces(context, place, known, built);
@@ -241,54 +185,23 @@ class RegionsBuild {
     return task;
   }
 
-  /// What the blocks of a place left, into the ground. start: their meshes as one; none, if there are none.
-  proto::Result<void> read_blocks(const BlockPlace& place, Ground& ground, std::optional<BlockMesh>* start) {
-    const auto across = static_cast<std::int32_t>((place.east - place.west) / block_side_),
-               up = static_cast<std::int32_t>((place.north - place.south) / block_side_);
-    const auto count = static_cast<std::size_t>(across) * static_cast<std::size_t>(up);
-    std::vector<std::optional<proto::Problem>> problems(count);
-    std::vector<std::optional<proto::TileMesh>> meshes(count);
-    std::atomic<bool> voids{false};
-    team_.workers.each(count, [&](std::size_t n, unsigned) {
-      if (team_.stop) return;
-      const auto column = static_cast<std::int64_t>(n) % across, row = static_cast<std::int64_t>(n) / across;
-      const auto k = number_of_block(place.west / block_side_ + column, place.south / block_side_ + row);
-      if (!k || !(start || left_[*k])) {
-        voids = true;
-        return;
+  /// A block of a place, and its column and row there.
+  struct PlacedBlock {
+    std::size_t number = 0;  ///< among all
+    std::int32_t column = 0, row = 0;
+  };
+  std::vector<PlacedBlock> blocks_in(const BlockPlace& place) const {
+    std::vector<PlacedBlock> all;
+    for (std::int64_t y = place.south / block_side_; y < place.north / block_side_; ++y) {
+      for (std::int64_t x = place.west / block_side_; x < place.east / block_side_; ++x) {
+        if (const auto number = number_of_block(x, y))
+          all.push_back({*number, static_cast<std::int32_t>(x - place.west / block_side_),
+                         static_cast<std::int32_t>(y - place.south / block_side_)});
       }
-      const auto bytes = mesh_of_(node_at(plan_, blocks_, static_cast<std::int32_t>(*k)));
-      if (!bytes.ok()) {
-        problems[n] = bytes.problem();
-      } else if (!*bytes) {
-        voids = true;
-      } else {
-        auto block = kept_block_from(**bytes, block_side_, start ? KeptParts::all : KeptParts::squares);
-        if (!block.ok()) {
-          problems[n] = block.problem();
-          return;
-        }
-        left_[*k] = 1;
-        if (!block->squares.depth.empty()) voids = true;
-        place_squares(block_side_, column * block_side_, row * block_side_, block->squares, ground);
-        if (start) meshes[n] = std::move(block->mesh);
-      }
-    });
-    if (team_.stop) return kCancelled;
-    for (const auto& problem : problems) {
-      if (problem) return *problem;
     }
-    if (!voids) ground.squares.depth.clear();
-    if (!start || std::none_of(meshes.begin(), meshes.end(), [](const auto& mesh) { return mesh.has_value(); })) return {};
-    // Of blocks without data all sides are the same, whoever is beside them.
-    *start = joined_mesh({across, up, static_cast<std::int32_t>(block_side_), [&](std::int32_t column, std::int32_t row) {
-                            const bool inside = column >= 0 && row >= 0 && column < across && row < up;
-                            const auto n = static_cast<std::size_t>(row * across + column);
-                            return inside && meshes[n] ? &*meshes[n] : nullptr;
-                          }});
-    return {};
+    return all;
   }
-  /// Among all blocks; by column and row of its node.
+  /// By column and row of its node.
   std::optional<std::size_t> number_of_block(std::int64_t x, std::int64_t y) const {
     std::int64_t column = x - blocks_.west;
     const std::int64_t row = y - blocks_.south;
@@ -296,16 +209,86 @@ class RegionsBuild {
     if (column < 0 || row < 0 || column >= blocks_.across || row >= blocks_.up) return std::nullopt;
     return static_cast<std::size_t>(row * blocks_.across + column);
   }
+  /// take(block, what it left) for each that left something, by several threads.
+  proto::Result<void> read_blocks(const std::vector<PlacedBlock>& blocks, KeptParts parts,
+                                  const std::function<void(const PlacedBlock& block, KeptBlock&& left)>& take) {
+    std::vector<std::optional<proto::Problem>> problems(blocks.size());
+    team_.workers.each(blocks.size(), [&](std::size_t n, unsigned) {
+      if (team_.stop) return;
+      const auto bytes = mesh_of_(node_at(plan_, blocks_, static_cast<std::int32_t>(blocks[n].number)));
+      if (!bytes.ok()) problems[n] = bytes.problem();
+      if (!bytes.ok() || !*bytes) return;
+      auto left = kept_block_from(**bytes, block_side_, parts);
+      if (!left.ok())
+        problems[n] = left.problem();
+      else
+        take(blocks[n], std::move(*left));
+    });
+    if (team_.stop) return kCancelled;
+    for (const auto& problem : problems) {
+      if (problem) return *problem;
+    }
+    return {};
+  }
+  proto::Result<void> read_meshes(const BlockPlace& place, std::map<std::size_t, proto::TileMesh>& meshes) {
+    std::mutex mutex;
+    return read_blocks(blocks_in(place), KeptParts::mesh, [&](const PlacedBlock& block, KeptBlock&& left) {
+      left_[block.number] = 1;
+      const std::lock_guard lock(mutex);
+      meshes.emplace(block.number, std::move(left.mesh));
+    });
+  }
+  proto::Result<void> read_squares(const BlockPlace& place, Ground& ground) {
+    std::vector<PlacedBlock> blocks = blocks_in(place);
+    const auto all =
+        static_cast<std::size_t>((place.east - place.west) / block_side_ * ((place.north - place.south) / block_side_));
+    std::erase_if(blocks, [this](const PlacedBlock& block) { return !left_[block.number]; });
+    std::atomic<bool> voids{blocks.size() < all};
+    auto read = read_blocks(blocks, KeptParts::squares, [&](const PlacedBlock& block, KeptBlock&& left) {
+      if (!left.squares.depth.empty()) voids = true;
+      place_squares(block_side_, block.column * block_side_, block.row * block_side_, left.squares, ground);
+    });
+    if (!voids) ground.squares.depth.clear();
+    return read;
+  }
+  /// Of blocks without data all sides are the same, whoever is beside them.
+  BlockMesh joined_blocks(const BlockPlace& place, const std::map<std::size_t, proto::TileMesh>& meshes) const {
+    const std::int64_t west = place.west / block_side_, south = place.south / block_side_,
+                       across = place.east / block_side_ - west, up = place.north / block_side_ - south;
+    const auto at = [&](std::int32_t column, std::int32_t row) -> const proto::TileMesh* {
+      if (column < 0 || row < 0 || column >= across || row >= up) return nullptr;
+      const auto number = number_of_block(west + column, south + row);
+      const auto found = number ? meshes.find(*number) : meshes.end();
+      return found == meshes.end() ? nullptr : &found->second;
+    };
+    return joined_mesh(
+        {static_cast<std::int32_t>(across), static_cast<std::int32_t>(up), static_cast<std::int32_t>(block_side_), at});
+  }
+
+  /// Without columns and rows of quarters that have no data: memory is for the others. across 0: there are none.
+  Region with_data(std::size_t l, Region region) const {
+    const auto has = [&](std::int32_t column, std::int32_t row) {
+      const Region one{region.column + column, region.row + row, 1, 1};
+      if (l > 0) return quarter(one.column, one.row) != nullptr;
+      const std::vector<PlacedBlock> blocks = blocks_in(quarters_.place_of(one));
+      return std::any_of(blocks.begin(), blocks.end(), [this](const PlacedBlock& block) { return left_[block.number] != 0; });
+    };
+    const auto column_has = [&](std::int32_t column) { return has(column, 0) || (region.up == 2 && has(column, 1)); };
+    const auto row_has = [&](std::int32_t row) { return has(0, row) || (region.across == 2 && has(1, row)); };
+    Region with = region;
+    if (!row_has(0)) ++with.row, --with.up;
+    if (region.up == 2 && !row_has(1)) --with.up;
+    if (!column_has(0)) ++with.column, --with.across;
+    if (region.across == 2 && !column_has(1)) --with.across;
+    return with.up == 0 || with.across == 0 ? Region() : with;
+  }
 
   const proto::TileMesh* quarter(std::int64_t column, std::int64_t row) const {
     const auto found = before_.find(quarters_.key(column, row));
     return found == before_.end() ? nullptr : &found->second;
   }
-  std::optional<BlockMesh> joined_quarters(const Region& region) const {
+  BlockMesh joined_quarters(const Region& region) const {
     const auto at = [&](std::int32_t column, std::int32_t row) { return quarter(region.column + column, region.row + row); };
-    bool has_data = false;
-    for (std::int32_t n = 0; n < region.across * region.up; ++n) has_data = has_data || at(n % region.across, n / region.across);
-    if (!has_data) return std::nullopt;
     return joined_mesh({region.across, region.up, quarters_.side(), at});
   }
 
@@ -328,13 +311,13 @@ class RegionsBuild {
                               std::vector<BuiltTile>& pieces) {
     const int step = std::max(4, quarters_.side() / 512);
     const std::vector<BuiltTile> before = pieces;
-    state_errors(context, known, team_.workers, pieces, step);
+    state_errors(context, known, team_.workers.loop(), pieces, step);
     LevelContext as_it_is = context;
     as_it_is.promise = false;
     for (std::size_t n = 0; n < pieces.size(); ++n) {
       if (met(place, pieces[n]) == met(place, before[n])) continue;
       std::vector<BuiltTile> again{before[n]};
-      state_errors(as_it_is, known, team_.workers, again, step);
+      state_errors(as_it_is, known, team_.workers.loop(), again, step);
       pieces[n] = std::move(again.front());
     }
   }

@@ -1,15 +1,15 @@
 // Levels above the blocks of rasters that are more than one ground may hold: region by region.
 #include <gmock/gmock.h>
 
-#include <array>
 #include <atomic>
 #include <cmath>
-#include <fstream>
 #include <string>
+#include <utility>
 
 #include "pipeline/build/build.h"
 #include "pipeline/check/check.h"
 #include "pipeline/plan/block_grid.h"
+#include "raster/mosaic/mosaic.h"
 #include "tests/whole/above_blocks.h"
 
 namespace cordillera::whole {
@@ -65,41 +65,21 @@ TEST(Regions, hold_islands_that_are_far_apart) {
   expect_promise_above_blocks(built);
 }
 
-/// Two small rasters of a level's lattice as one: a VRT in the folder.
-std::string far_apart(const Folder& folder, int level, const std::array<std::array<std::int64_t, 2>, 2>& north_west) {
-  constexpr int kSide = 300;
-  const HeightOf ground = rough(5);
-  const double cell = proto::Lattice{level}.cell_deg();
-  std::string sources;
-  for (const auto& [west, north] : north_west) {
-    const std::string name = std::to_string(west) + ".tif";
-    write(cells_of({level, west, north}, kSide, kSide, ground), folder.path(name));
-    const std::string size = "xSize='" + std::to_string(kSide) + "' ySize='" + std::to_string(kSide) + "'/>";
-    sources += "<SimpleSource><SourceFilename relativeToVRT='1'>" + name + "</SourceFilename><SrcRect xOff='0' yOff='0' " + size +
-               "<DstRect xOff='" + std::to_string(west - north_west[0][0]) + "' yOff='" +
-               std::to_string(north_west[0][1] - north) + "' " + size + "</SimpleSource>";
-  }
-  const auto& [west, north] = north_west[0];
-  std::ofstream vrt(folder.path("two.vrt"));
-  vrt.precision(17);
-  vrt << "<VRTDataset rasterXSize='" << north_west[1][0] - west + kSide << "' rasterYSize='" << north - north_west[1][1] + kSide
-      << "'><SRS>EPSG:4326</SRS><GeoTransform>" << -180 + static_cast<double>(west) * cell << ',' << cell << ",0,"
-      << -90 + static_cast<double>(north) * cell << ",0," << -cell
-      << "</GeoTransform><VRTRasterBand dataType='Float32' band='1'><NoDataValue>" << kNoData << "</NoDataValue>" << sources
-      << "</VRTRasterBand></VRTDataset>";
-  return folder.path("two.vrt");
-}
-
 // More than 34 billion samples: parents are merged of four children, which machines can share.
 TEST(Regions, give_way_to_merges) {
   const Folder folder;
   pipeline::BuildRequest request;
-  request.raster_path = far_apart(folder, 11, {{{100 * kTile, 1800 * kTile}, {900 * kTile, 1000 * kTile}}});
-  request.raster_name = "two.vrt";
   request.id = "test";
   request.store_path = folder.path("two.sqlite");
   request.options = exact(20);
   request.options.set_max_level(11);
+  for (const auto& [west, north] : {std::pair{100 * kTile, 1800 * kTile}, std::pair{900 * kTile, 1000 * kTile}}) {
+    const std::string name = std::to_string(west) + ".tif";
+    write(points_of({11, west, north}, 300, 300, rough(5)), folder.path(name));
+    auto member = raster::examine(folder.path(name), name, raster::Trust::operator_file, request.options);
+    ASSERT_TRUE(member.ok()) << member.problem().line();
+    request.members.push_back(std::move(*member));
+  }
   auto source = pipeline::open_source(request);
   ASSERT_TRUE(source.ok()) << source.problem().line();
   const auto plan = pipeline::plan_of(request, **source);

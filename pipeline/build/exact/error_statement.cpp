@@ -234,23 +234,22 @@ void ErrorStatement::finish() {
   }
 }
 
-void state_errors(const LevelContext& context, const KnownGround& known, Workers& workers, std::vector<BuiltTile>& tiles,
-                  int rmse_step) {
+void state_errors(const LevelContext& context, const KnownGround& known, const gpu::ParallelFor& parallel,
+                  std::vector<BuiltTile>& tiles, int rmse_step) {
   std::vector<std::unique_ptr<ErrorStatement>> statements(tiles.size());
-  workers.each(tiles.size(), [&](std::size_t k, unsigned) {
-    statements[k] = std::make_unique<ErrorStatement>(context, known, tiles[k], rmse_step);
-  });
+  parallel(tiles.size(),
+           [&](std::size_t k) { statements[k] = std::make_unique<ErrorStatement>(context, known, tiles[k], rmse_step); });
   const auto each_part = [&](std::size_t (ErrorStatement::*count)() const, void (ErrorStatement::*measure)(std::size_t)) {
     std::vector<std::pair<ErrorStatement*, std::size_t>> parts;
     for (const auto& statement : statements) {
       for (std::size_t part = 0; part < (*statement.*count)(); ++part) parts.emplace_back(statement.get(), part);
     }
-    workers.each(parts.size(), [&](std::size_t n, unsigned) { (parts[n].first->*measure)(parts[n].second); });
+    parallel(parts.size(), [&](std::size_t n) { (parts[n].first->*measure)(parts[n].second); });
   };
   each_part(&ErrorStatement::pieces, &ErrorStatement::measure);
-  workers.each(tiles.size(), [&](std::size_t k, unsigned) { statements[k]->put_back(); });
+  parallel(tiles.size(), [&](std::size_t k) { statements[k]->put_back(); });
   each_part(&ErrorStatement::bands, &ErrorStatement::measure_band);
-  workers.each(tiles.size(), [&](std::size_t k, unsigned) { statements[k]->finish(); });
+  parallel(tiles.size(), [&](std::size_t k) { statements[k]->finish(); });
 }
 
 }  // namespace cordillera::pipeline

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "gpu/measure/surface_error.h"
+#include "gpu/simplify.h"
 #include "pipeline/build/exact/ground_meter.h"
-#include "pipeline/threads/workers.h"
 #include "pipeline/tile/tile_mesh.h"
 
 namespace cordillera::pipeline {
@@ -40,7 +40,7 @@ class ErrorStatement {
 };
 
 /// Of all tiles of a level that lie on a ground.
-void state_errors(const LevelContext& context, const KnownGround& known, Workers& workers, std::vector<BuiltTile>& tiles,
-                  int rmse_step = 0);
+void state_errors(const LevelContext& context, const KnownGround& known, const gpu::ParallelFor& parallel,
+                  std::vector<BuiltTile>& tiles, int rmse_step = 0);
 
 }  // namespace cordillera::pipeline

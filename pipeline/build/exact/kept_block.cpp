@@ -27,13 +27,14 @@ proto::Result<KeptBlock> kept_block_from(const std::string& bytes, std::int64_t 
                                "a dataset built anew", ""};
   proto::KeptBlock record;
   if (!record.ParseFromString(bytes) || record.mesh().side() != side) return damaged;
-  auto mesh = parts == KeptParts::all ? mesh_of_record(record.mesh()) : std::optional(proto::TileMesh());
+  auto mesh = parts != KeptParts::squares ? mesh_of_record(record.mesh()) : std::optional(proto::TileMesh());
   const std::size_t across = static_cast<std::size_t>(record.mesh().side()) / 8 + 1, count = across * across;
   if (!mesh || record.planes().size() != count * sizeof(gpu::exact::BoundingPlane) || record.codes().size() != 64 * count)
     return damaged;
   if (!record.depths().empty() && record.depths().size() != count) return damaged;
   KeptBlock block;
   block.mesh = std::move(*mesh);
+  if (parts == KeptParts::mesh) return block;
   gpu::exact::Squares& squares = block.squares;
   squares.plane.resize(count);
   std::memcpy(squares.plane.data(), record.planes().data(), record.planes().size());

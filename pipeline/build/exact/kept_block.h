@@ -15,8 +15,8 @@ struct KeptBlock {
 };
 
 std::string to_bytes(const KeptBlock& block);
-/// What of it is wanted; of squares alone the mesh is left empty.
-enum class KeptParts : std::uint8_t { all, squares };
+/// What of it is wanted; the rest is left empty.
+enum class KeptParts : std::uint8_t { all, mesh, squares };
 /// "store-damaged": they are not what to_bytes gave of a block whose sides have so many units.
 proto::Result<KeptBlock> kept_block_from(const std::string& bytes, std::int64_t side, KeptParts parts = KeptParts::all);
 
