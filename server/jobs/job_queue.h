@@ -188,6 +188,8 @@ class JobQueue {
   void later(std::chrono::milliseconds wait, const Turn& turn);
   void come_back(const Turn& turn);
   void stand_still(std::chrono::milliseconds longest);
+  bool has_more_time(const proto::Problem& why, const std::filesystem::path& folder, const proto::Job& job,
+                     const Circumstances& around) const;
   // Of datasets whose rasters can be changed: one change, then the others' turns.
   Next take_change(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop);
   bool needs_copy(const Dataset& dataset);

@@ -162,12 +162,24 @@ JobQueue::Outcome JobQueue::run_job(const std::filesystem::path& folder, proto::
     if (!write_job(folder, job)) return cannot_write_job(folder);
     outcome = runner_(folder, progress, stop);
   }
+  if (!outcome && !stop && has_more_time(outcome.problem(), folder, job, around)) {
+    log_info("dataset " + id + ": its time is over, and more of its raster has come since it began: it goes on in another turn");
+    return proto::Problem{"paused", "the build has more time than it was told", "", "turn"};
+  }
   if (outcome || outcome.problem().type != "device-lost" || stop) return outcome;
   log_warning("dataset " + id + ": " + outcome.problem().detail + "; once more on the CPU");
   metrics_.device_lost.add(1);
   job.mutable_options()->set_device("cpu");
   if (!write_job(folder, job)) return cannot_write_job(folder);
   return runner_(folder, progress, stop);
+}
+
+/// Of a raster that is read by ranges hardly anything is there when the job is told its time. What came since has its time, too:
+/// at most as often as that grows, which the operator's own bound ends.
+bool JobQueue::has_more_time(const proto::Problem& why, const std::filesystem::path& folder, const proto::Job& job,
+                             const Circumstances& around) const {
+  return why.type == "build-time-limit" && around.rasters != nullptr &&
+         build_seconds(limits_, bytes_of_rasters(folder, job)) > job.max_seconds();
 }
 
 void JobQueue::limit(proto::Job& job, const std::filesystem::path& folder) const {

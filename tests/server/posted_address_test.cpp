@@ -2,9 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <functional>
 #include <map>
 #include <mutex>
+#include <vector>
 
 #include "fixture.h"
 #include "raster_host.h"
@@ -104,6 +106,45 @@ TEST(PostedAddress, OfAListThatIsNotReadInAMinuteIsAProblem) {
   EXPECT_EQ(told, updates::kListSeconds);
   EXPECT_EQ(row->problem->type, "sources-invalid") << row->problem->line();
   EXPECT_THAT(row->problem->detail, testing::HasSubstr("take longer to list than 60 seconds"));
+}
+
+/// What a job reads by ranges comes while it runs, and hardly anything of it is there when its time is measured out.
+TEST(PostedAddress, HasTheTimeOfWhatCameSinceItBegan) {
+  RasterHost host;
+  constexpr std::size_t kBytes = std::size_t{8} << 20, kHalf = kBytes / 2;
+  host.has_parts("/dem.tif", std::string("II*\0", 4) + std::string(kBytes, 'x'), "\"one\"");
+  TempFolder folder;
+  Settings settings;
+  settings.serve.source_allow = {host.address() + "/"};
+  settings.serve.data = (folder.path() / "data").string();
+  std::mutex mutex;
+  std::vector<std::uint32_t> told;
+  auto service = Service::open(settings, [&](const fs::path& place, const ProgressSink&, const std::atomic<bool>&) -> JobOutcome {
+    proto::Job job;
+    from_json(file_text(place / kJobFile), &job);
+    if (job.dry_run()) return std::optional<proto::Estimate>();
+    const std::lock_guard lock(mutex);
+    told.push_back(job.max_seconds());
+    if (told.size() == 1) {
+      std::fstream file(place / job.raster(), std::ios::in | std::ios::out | std::ios::binary);
+      file.seekp(kHalf) << std::string(kHalf, 'x');
+    }
+    return proto::Problem{"build-time-limit", "too long", "", ""};
+  });
+  ASSERT_TRUE(service) << service.problem().line();
+  Api api(**service);
+  Request request;
+  request.method = "POST";
+  request.path = "/v1/datasets";
+  request.query = {{"source", host.address() + "/dem.tif"}};
+  request.headers = {{"content-length", "0"}};
+  const std::string id = body_of(api.handle(request)).value("id", "");
+  Row row;
+  ASSERT_TRUE(eventually([&] { return (row = (*service)->registry().find(id)) && row->state == State::failed; }));
+  EXPECT_EQ(row->problem->type, "build-time-limit") << row->problem->line();
+  const std::lock_guard lock(mutex);
+  ASSERT_EQ(told.size(), 2u) << "once more for the 4 MiB that came, and no more when none came";
+  EXPECT_GE(told[1], told[0] + 3 * settings.serve.limits.build_seconds_per_mib);
 }
 
 /// One host that does not answer keeps no other from being asked, and is not asked for the same twice at once.
