@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "server/data/layout.h"
+
 namespace cordillera::server::limits {
 
 std::optional<DiskSpace> disk_space(const std::filesystem::path& folder) {
@@ -34,7 +36,11 @@ std::uint64_t bytes_on_disk(const std::filesystem::path& file) {
     return bytes;
   }
   if (!S_ISREG(found.st_mode)) return 0;
-  return std::min(static_cast<std::uint64_t>(found.st_size), static_cast<std::uint64_t>(found.st_blocks) * kUnit_bytes);
+  const auto size = static_cast<std::uint64_t>(found.st_size);
+  // Blocks are counted late by some file systems, and small where they compress: of a whole file they say nothing.
+  std::error_code error;
+  const bool has_holes = std::filesystem::exists(map_of(file), error);
+  return has_holes ? std::min(size, static_cast<std::uint64_t>(found.st_blocks) * kUnit_bytes) : size;
 }
 
 }  // namespace cordillera::server::limits

@@ -20,7 +20,8 @@ std::uint64_t room(const DiskSpace& disk, std::uint32_t free_percent);
 /// What nobody may have of the folder's disk, however empty it is, where such a share stays free.
 std::uint64_t bytes_to_leave(const std::filesystem::path& folder, std::uint32_t free_percent);
 
-/// What a file, or all in a folder, takes: of a raster that is fetched as it is read most may be missing.
+/// Bytes of a file, or of all in a folder. Of a raster that is fetched as it is read, beside which its map lies, those that are
+/// there: most may be missing.
 std::uint64_t bytes_on_disk(const std::filesystem::path& file);
 
 }  // namespace cordillera::server::limits

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/xattr.h>
 
+#include <cerrno>
 #include <mutex>
 #include <thread>
 
@@ -102,6 +104,8 @@ TEST(BuildTime, IsToldToTheJob) {
 /// A body that was compressed on its way is as large as what came.
 TEST(BuildTime, GrowsWithWhatCameOfACodedBody) {
   TestService test;
+  if (setxattr(test.folder().c_str(), "user.test", "x", 1, 0) != 0 && errno == ENOTSUP)
+    GTEST_SKIP() << "the disk of temporary files keeps no extended attributes, so what came is not noted";
   Request request;
   request.method = "POST";
   request.path = "/v1/datasets";
@@ -126,6 +130,8 @@ TEST(BuildTime, OfWhatWasNotFetchedIsNone) {
   std::filesystem::resize_file(file, std::uintmax_t{1} << 30);
   proto::Job job;
   job.set_raster("source.tif");
+  EXPECT_EQ(bytes_of_rasters(folder.path(), job), std::uint64_t{1} << 30) << "whole, on a disk that counts its blocks late";
+  std::ofstream(map_of(file)) << "map";
   EXPECT_LT(bytes_of_rasters(folder.path(), job), std::uint64_t{1} << 20);
 }
 
