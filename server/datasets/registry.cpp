@@ -73,6 +73,12 @@ class KeptRegistry : public Registry {
     write(
         id, [&] { file_->remove(id); }, [](const Row&) { return nullptr; });
   }
+  bool remove_failed(const std::string& id) override {
+    bool removed = false;
+    write(
+        id, [&] { removed = file_->remove_failed(id); }, [&](const Row& row) { return removed ? nullptr : row; });
+    return removed;
+  }
   void compact() override {
     const std::lock_guard writing(writing_);
     file_->compact();

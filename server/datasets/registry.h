@@ -86,6 +86,8 @@ class Registry {
   /// What may change of a dataset that is there: title and attribution in its options, and who may read it.
   virtual void describe(const std::string& id, const proto::BuildOptions& options, bool is_private) = 0;
   virtual void remove(const std::string& id) = 0;
+  /// Look and removal are one step: a dataset that is built once more stays. False: it did, or there is none.
+  virtual bool remove_failed(const std::string& id) = 0;
   /// Folds the log in and gives free pages back.
   virtual void compact() = 0;
 };

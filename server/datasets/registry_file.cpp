@@ -259,6 +259,17 @@ void RegistryFile::remove(const std::string& id) {
   checkpoint();
 }
 
+bool RegistryFile::remove_failed(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  const bool removed = used([&] {
+    const std::string failed = to_string(State::failed);
+    Statement(database_, "DELETE FROM datasets WHERE id = ? AND state = ?").bind(Text{id}, Text{failed}).run();
+    return database_.integer("SELECT changes()") > 0;
+  });
+  checkpoint();
+  return removed;
+}
+
 void RegistryFile::compact() {
   const std::lock_guard lock(mutex_);
   used([&] { database_.execute("VACUUM; PRAGMA wal_checkpoint(TRUNCATE)"); });

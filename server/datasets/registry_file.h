@@ -30,6 +30,7 @@ class RegistryFile : public Registry {
   void set_state(const std::string& id, State state, const std::optional<proto::Problem>& problem) override;
   void describe(const std::string& id, const proto::BuildOptions& options, bool is_private) override;
   void remove(const std::string& id) override;
+  bool remove_failed(const std::string& id) override;
   void compact() override;
 
  private:

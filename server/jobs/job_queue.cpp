@@ -1,5 +1,6 @@
 #include "server/jobs/job_queue.h"
 
+#include <algorithm>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
@@ -344,6 +345,7 @@ void JobQueue::finish(const Dataset& dataset, const proto::Result<std::optional<
     first_tiles(dataset.id, "final");
     log_info("dataset " + dataset.id + ": ready");
   } else {
+    note_failed(dataset.id);  // before others see it
     registry_.set_state(dataset.id, State::failed, outcome.problem());
     // A child that was ended leaves more than the store: its log, and what drivers put beside their files.
     remove_dataset_folder(layout_, dataset.id);
@@ -355,22 +357,6 @@ void JobQueue::finish(const Dataset& dataset, const proto::Result<std::optional<
   published_(dataset.id);  // after its provisional tiles have gone, which else somebody might open again
   hub_.ended(dataset.id);
   if (!outcome) forget_oldest_failed();
-}
-
-/// Their folders have gone already.
-void JobQueue::forget_oldest_failed() {
-  if (registry_.counts().failed <= kMostFailed) return;
-  std::vector<Row> failed = registry_.list();
-  std::erase_if(failed, [](const Row& row) { return row->state != State::failed; });
-  for (std::size_t k = kMostFailed; k < failed.size(); ++k) {
-    const std::string& id = failed[k]->id;
-    const Row now = registry_.find(id);
-    if (!now || now->state != State::failed) continue;  // read again meanwhile, or deleted
-    ledger_.apart([&] { registry_.remove(id); });
-    published_(id);
-    hub_.forget(id);
-    log_info("dataset " + id + ": removed, for more than " + std::to_string(kMostFailed) + " have failed since");
-  }
 }
 
 }  // namespace cordillera::server

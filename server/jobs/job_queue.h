@@ -4,6 +4,7 @@
 #include <boost/asio/thread_pool.hpp>
 #include <chrono>
 #include <condition_variable>
+#include <deque>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -175,6 +176,8 @@ class JobQueue {
   bool waits_for_readers(const Dataset& dataset) const;
   void forget_store(const std::string& id);
   void finish(const Dataset& dataset, const proto::Result<std::optional<proto::Estimate>>& outcome);
+  void note_failed(const std::string& id);
+  std::vector<Row> all_failed();
   void forget_oldest_failed();
   std::optional<Next> refuse_deadly(const Dataset& dataset, const Turn& turn);
   std::shared_ptr<void> last_try(const std::string& id);
@@ -185,11 +188,11 @@ class JobQueue {
     updates::RangedSources* rasters = nullptr;  ///< as in ProgressSink
   };
   Outcome run_job(const std::filesystem::path& folder, proto::Job job, const Circumstances& around);
+  bool has_more_time(const proto::Problem& why, const std::filesystem::path& folder, const proto::Job& job,
+                     const Circumstances& around) const;
   void later(std::chrono::milliseconds wait, const Turn& turn);
   void come_back(const Turn& turn);
   void stand_still(std::chrono::milliseconds longest);
-  bool has_more_time(const proto::Problem& why, const std::filesystem::path& folder, const proto::Job& job,
-                     const Circumstances& around) const;
   // Of datasets whose rasters can be changed: one change, then the others' turns.
   Next take_change(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop);
   bool needs_copy(const Dataset& dataset);
@@ -225,6 +228,7 @@ class JobQueue {
   std::set<std::string> as_whole_;                   ///< those of them that are not fetched by ranges then
   std::atomic<bool> last_try_{false};                ///< one is under way
   std::map<std::string, Clock::time_point> posted_;  ///< those of this process that show nothing yet
+  std::deque<std::string> failed_lately_;            ///< ids, the last one at the end; kMostFailed at most
   std::atomic<bool> stopping_{false};
   const unsigned concurrency_;
   std::atomic<unsigned> unfinished_{0};  ///< turns that wait or run

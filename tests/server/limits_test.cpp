@@ -181,6 +181,48 @@ TEST(Limits, OfMoreThanAThousandThatFailedTheOldestGo) {
   EXPECT_EQ(registry.counts().failed, 1000u);
 }
 
+/// Which of those that failed goes, when there are too many: by when they failed, not by when they were posted.
+TEST(Limits, OfThoseThatFailedTheLastOnesStay) {
+  TestService test;
+  Registry& registry = test.service().registry();
+  const std::string id = posted_id(test.post("LIVE"));
+  ASSERT_TRUE(eventually([&] { return std::filesystem::exists(test.service().layout().provisional(id)); }));
+  Dataset other;
+  other.state = State::failed;
+  for (std::size_t k = 0; k < kMostFailed; ++k) {
+    other.id = "failed-" + std::to_string(k);
+    ASSERT_TRUE(registry.add(other));
+  }
+  std::ofstream(test.service().layout().dataset(id) / "fail") << "now";
+  ASSERT_TRUE(eventually([&] { return !registry.find("failed-0") || !registry.find(id); }));
+  ASSERT_TRUE(registry.find(id)) << "who waits for it is still to be told why";
+  EXPECT_EQ(registry.find(id)->state, State::failed);
+  test.post("BAD", {}, kWait);
+  ASSERT_TRUE(eventually([&] { return !registry.find("failed-1") || !registry.find(id); }));
+  EXPECT_TRUE(registry.find(id));
+  EXPECT_EQ(registry.counts().failed, kMostFailed);
+}
+
+/// Somebody reads it, and has it built once more, between the look at it and its removal.
+TEST(Limits, AFailedOneThatIsBuiltOnceMoreStays) {
+  TestService test;
+  Registry& registry = test.service().registry();
+  Dataset dataset;
+  dataset.id = "woken";
+  dataset.state = State::failed;
+  ASSERT_TRUE(registry.add(dataset));
+  registry.set_state("woken", State::queued, std::nullopt);
+  EXPECT_FALSE(registry.remove_failed("woken"));
+  ASSERT_TRUE(registry.find("woken"));
+  EXPECT_EQ(registry.find("woken")->state, State::queued);
+  EXPECT_TRUE(Registry::read_only(test.service().layout().registry().string())->find("woken"));
+  registry.set_state("woken", State::failed, std::nullopt);
+  EXPECT_TRUE(registry.remove_failed("woken"));
+  EXPECT_FALSE(registry.find("woken"));
+  EXPECT_FALSE(Registry::read_only(test.service().layout().registry().string())->find("woken"));
+  EXPECT_FALSE(registry.remove_failed("woken")) << "there is none";
+}
+
 TEST(Limits, ShareOfTheDisk) {
   Settings settings;
   settings.serve.limits.free_percent = 100;
