@@ -145,7 +145,7 @@ void write(const faces::Terrain& terrain, const faces::Face& face, const Archive
   std::ofstream out = opened(sibling);
   append(out, header(tiles, all, directories, metadata.size(), terrain.manifest()));
   for (const std::string* part : {&directories.root, &metadata, &directories.leaves}) append(out, *part);
-  if (all.bytes > 0) out << std::ifstream(spool.path(), std::ios::binary).rdbuf();
+  if (all.bytes > 0) out << opened_to_read(spool.path()).rdbuf();
   out.close();
 }
 

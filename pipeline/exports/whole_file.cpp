@@ -23,6 +23,24 @@ proto::Problem damaged(const StoreError& damage) {
   return problem;
 }
 
+/// It passes, and is no fault of the place nor of what is read.
+proto::Problem wants_descriptor() {
+  return {"service-busy", "no descriptor is left to write a file", "trying again later, or a larger limit of open files", ""};
+}
+
+bool is_of_descriptors(int error) { return error == EMFILE || error == ENFILE; }
+
+/// errno is asked at once: what goes as an exception passes may change it.
+template <class Stream>
+Stream opened_stream(const fs::path& path, std::ios::openmode mode) {
+  Stream stream;
+  errno = 0;
+  stream.open(path, mode);
+  if (!stream && is_of_descriptors(errno)) throw NoDescriptor("no descriptor is left");
+  stream.exceptions(std::ios::badbit | std::ios::failbit);  // throws where it could not be opened
+  return stream;
+}
+
 bool is_alive(pid_t process) { return kill(process, 0) == 0 || errno == EPERM; }
 
 /// The process of a name; none where the name is another one.
@@ -89,20 +107,21 @@ proto::Result<void> write_export(const std::string& path, Existing other,
     fs::rename(sibling.path(), place);
     return {};
   } catch (const Refused& refused) { return refused.problem; } catch (const fs::filesystem_error& e) {
-    return unwritable(path, e.code().message());
+    return is_of_descriptors(e.code().value()) ? wants_descriptor() : unwritable(path, e.code().message());
   } catch (const std::ios_base::failure&) {
     return unwritable(path, "no room, or its folder cannot be written");
+  } catch (const NoDescriptor&) {
+    return wants_descriptor();
   } catch (const StoreError& e) {  // of what is read: a writer of another database says Refused
     return damaged(e);
   }
 }
 
 std::ofstream opened(const fs::path& path) {
-  std::ofstream out;
-  out.exceptions(std::ios::badbit | std::ios::failbit);
-  out.open(path, std::ios::binary | std::ios::trunc);
-  return out;
+  return opened_stream<std::ofstream>(path, std::ios::out | std::ios::binary | std::ios::trunc);
 }
+
+std::ifstream opened_to_read(const fs::path& path) { return opened_stream<std::ifstream>(path, std::ios::in | std::ios::binary); }
 
 void append(std::ostream& out, std::string_view bytes) { out.write(bytes.data(), static_cast<std::streamsize>(bytes.size())); }
 

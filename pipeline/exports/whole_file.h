@@ -41,8 +41,9 @@ inline constexpr const char* kPartial = ".partial-";
 void remove_left_behind(const std::filesystem::path& folder, const std::string& before, std::initializer_list<const char*> ends);
 
 /// Calls write with a sibling of path that does not exist yet, and moves it into place. What write throws (Refused, StoreError,
-/// the standard streams' and file system's failures) is a problem, and its file is gone, as are those of killed processes. It
-/// does not wait for the disk, as raster::write_whole does: an export is made again from its store.
+/// the standard streams' and file system's failures) is a problem ("service-busy" for want of descriptors), and its file is gone,
+/// as are those of killed processes. It does not wait for the disk, as raster::write_whole does: an export is made again from its
+/// store.
 proto::Result<void> write_export(const std::string& path, Existing other,
                                  const std::function<void(const std::filesystem::path& sibling)>& write);
 
@@ -62,8 +63,10 @@ class TemporaryFile {
   std::filesystem::path path_;
 };
 
-/// An empty binary file that throws std::ios_base::failure when it cannot be written.
+/// An empty binary file that throws std::ios_base::failure when it cannot be written; NoDescriptor where none is left.
 std::ofstream opened(const std::filesystem::path& path);
+/// The same of a file that is there, to be read.
+std::ifstream opened_to_read(const std::filesystem::path& path);
 void append(std::ostream& out, std::string_view bytes);
 
 }  // namespace cordillera::pipeline::exports

@@ -232,9 +232,10 @@ Response Api::finished(const std::shared_ptr<Asked>& asked, Response response) {
 /// Who may what and which datasets there are is looked up once more: it may be minutes later.
 Response Api::asked_anew(const std::shared_ptr<Asked>& asked, Response response) {
   Response put_off;
-  put_off.rest = [this, asked, told = std::move(response.headers)] {
+  put_off.rest = [this, asked, told = std::move(response.headers), ends = response.wait_ends] {
     const LogScope scope("request", asked->request.id);
     asked->request.waited = true;
+    asked->request.wait_ends = ends;
     asked->request.read_body = [whole = asked.get()](const Request::Sink& sink) {
       return whole->body.empty() || sink(whole->body);
     };

@@ -98,23 +98,26 @@ Response archive(Service& service, const Request& request, const Dataset& datase
   const Opened opened = open_published(service, dataset, route);
   if (!opened.terrain) return opened.refusal;
   const ArchiveOrder order{dataset.id, version_of(opened.terrain->manifest()), *face, opened.terrain};
-  const auto file = service.archive_files().find(order);
+  const auto file = service.archive_files().find(order, request.wait_ends ? Asks::again : Asks::first);
   if (!file) return archive_refusal(service, dataset.id, file.problem());
   if (*file) return answer_file(request, *file, route);
   const MayWait wait = may_wait_for_whole(service.settings().serve.limits, request);
   const Token waiting = wait.longest.count() > 0 ? service.wait_token() : nullptr;
   if (!waiting) return still_made();
+  const auto end = request.wait_ends.value_or(std::chrono::steady_clock::now() + wait.longest);
   Response response;
   response.later = [&service, order = ArchiveOrder{order.id, order.version, order.face, nullptr}, waiting, wait,
-                    end = std::chrono::steady_clock::now() + wait.longest](Patience patience) -> std::optional<Response> {
+                    end](Patience patience) -> std::optional<Response> {
     const bool awaited = service.archive_files().is_awaited(order);
     const bool over = patience == Patience::none || service.stopping() || std::chrono::steady_clock::now() >= end;
     if (awaited && !over) return std::nullopt;
     Response come;
-    if (awaited)
+    if (awaited) {
       come = still_made();
-    else
+    } else {
       come.anew = true;  // the dataset may have been hidden meanwhile, or have another version
+      come.wait_ends = end;
+    }
     if (wait.preferred) come.set("Preference-Applied", "wait=" + std::to_string(wait.longest.count()));
     return come;
   };

@@ -1,5 +1,6 @@
 #pragma once
 // HTTP as values: the service is a function from Request to Response, and the socket is an adapter (http.h).
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -32,6 +33,8 @@ struct Request {
   std::string id;        ///< names the request in answers and logs; the API gives it
   access::Identity who;  ///< filled in by the API, as id is
   bool waited = false;   ///< for what it asks for: it is answered with what there is
+  /// Of one that waited for an archive: when it waits no longer.
+  std::optional<std::chrono::steady_clock::time_point> wait_ends;
 
   std::optional<std::string> header(const std::string& lower_case_name) const {
     const auto found = headers.find(lower_case_name);
@@ -66,6 +69,7 @@ struct Response {
   Later later;
   /// Instead of all else but headers: what was waited for may be there, and the API is asked once more. It then gives `rest`.
   bool anew = false;
+  std::optional<std::chrono::steady_clock::time_point> wait_ends;  ///< what the request that is asked anew is told
   /// Instead of all else: makes the answer. It may take as long as any request, so not on the thread that asked `later`.
   std::function<Response()> rest;
 

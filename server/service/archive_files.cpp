@@ -40,7 +40,8 @@ Problem too_many(std::uint64_t tiles) {
 
 proto::Result<void> write_one(const ArchiveOrder& order, const fs::path& path, const pipeline::exports::ArchiveBounds& bounds) {
   try {
-    return pipeline::exports::write_pmtiles(*order.terrain, *order.face, path.string(), bounds);
+    auto written = pipeline::exports::write_pmtiles(*order.terrain, *order.face, path.string(), bounds);
+    return !written && written.problem().type == "service-busy" ? wants_descriptor(order.id) : written;
   } catch (const pipeline::NoDescriptor&) { return wants_descriptor(order.id); } catch (const std::bad_alloc&) {
     return Problem{"service-busy", "there is no memory to make an archive of dataset " + order.id, "asking again later", ""};
   } catch (const std::exception& error) {  // tiles that cannot be decoded
@@ -120,11 +121,11 @@ ArchiveFiles::~ArchiveFiles() {
   thread_.join();
 }
 
-proto::Result<std::shared_ptr<const ArchiveFile>> ArchiveFiles::find(const ArchiveOrder& order) {
+proto::Result<std::shared_ptr<const ArchiveFile>> ArchiveFiles::find(const ArchiveOrder& order, Asks asks) {
   const std::string name = file_of(order);
   const std::lock_guard lock(mutex_);
   auto known = entries_.find(name);
-  bool lost = false;
+  bool lost = known != entries_.end() && known->second->told && asks == Asks::first;
   if (known != entries_.end() && known->second->sums) {
     Entry& entry = *known->second;
     if (!entry.file) entry.file = ArchiveFile::open(entry.path, entry.sums);
@@ -140,7 +141,7 @@ proto::Result<std::shared_ptr<const ArchiveFile>> ArchiveFiles::find(const Archi
   if (known == entries_.end()) {
     if (waiting_.size() >= kMostWaiting)
       return Problem{"service-busy", "too many archives are waiting to be made", "asking again later", ""};
-    const auto entry = std::make_shared<Entry>(Entry{order, nullptr, nullptr, std::nullopt, folder_ / name, ++clock_});
+    const auto entry = std::make_shared<Entry>(Entry{order, nullptr, nullptr, std::nullopt, folder_ / name, ++clock_, false});
     entries_[name] = entry;
     waiting_.push_back(entry);
     changed_.notify_all();
@@ -153,9 +154,8 @@ proto::Result<std::shared_ptr<const ArchiveFile>> ArchiveFiles::find(const Archi
     close_idle();
     return file;
   }
-  const Problem problem = *entry.problem;
-  entries_.erase(known);
-  return problem;
+  entry.told = true;
+  return *entry.problem;
 }
 
 bool ArchiveFiles::is_awaited(const ArchiveOrder& order) const {
@@ -226,6 +226,7 @@ void ArchiveFiles::make(Entry& entry) {
   entry.file = std::move(file);
   const auto known = entries_.find(entry.path.filename().string());
   std::error_code ignored;
+  if (!written) fs::remove(entry.path, ignored);  // whole, and not to be read back
   if (known == entries_.end() || known->second.get() != &entry)
     fs::remove(entry.path, ignored);  // forgotten meanwhile
   else
@@ -252,7 +253,7 @@ void ArchiveFiles::make_room(const std::string& but) {
   while (all > kMostBytes || entries_.size() > kMostKept) {
     auto oldest = entries_.end();
     for (auto at = entries_.begin(); at != entries_.end(); ++at) {
-      const bool may_go = at->first != but && at->second->sums;
+      const bool may_go = at->first != but && (at->second->sums || at->second->problem);
       if (may_go && (oldest == entries_.end() || at->second->used < oldest->second->used)) oldest = at;
     }
     if (oldest == entries_.end()) return;

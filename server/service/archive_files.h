@@ -60,6 +60,9 @@ struct ArchiveOrder {
   std::shared_ptr<const pipeline::faces::Terrain> terrain;
 };
 
+/// again: who was told that it is being made, and waited for that.
+enum class Asks : std::uint8_t { first, again };
+
 /// Thread-safe.
 class ArchiveFiles {
  public:
@@ -70,8 +73,9 @@ class ArchiveFiles {
   ~ArchiveFiles();
 
   /// The archive; null while it is being made, which begins with the first who asks. Problems: "export-too-large",
-  /// "service-busy", "storage-full", and those of the format. A problem is told once; who asks again has it tried again.
-  proto::Result<std::shared_ptr<const ArchiveFile>> find(const ArchiveOrder& order);
+  /// "service-busy", "storage-full", and those of the format. A problem is told to the first who asks and to all who waited; the
+  /// next who asks has it tried again.
+  proto::Result<std::shared_ptr<const ArchiveFile>> find(const ArchiveOrder& order, Asks asks = Asks::first);
   /// Whether it is being made. Tells no problem, and begins nothing.
   bool is_awaited(const ArchiveOrder& order) const;
   /// Archives of a dataset go: it has another version, or there is none any more.
@@ -91,6 +95,7 @@ class ArchiveFiles {
     std::optional<proto::Problem> problem;
     std::filesystem::path path;
     std::uint64_t used = 0;
+    bool told = false;  ///< somebody, of the problem
   };
   using Kept = std::shared_ptr<Entry>;
   void work();

@@ -1,6 +1,9 @@
 // Archives over HTTP: what may be asked for, and what is kept of them.
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <atomic>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -11,6 +14,9 @@
 #include <vector>
 
 #include "built_sample.h"
+#include "pipeline/exports/whole_file.h"
+#include "pipeline/store/sqlite.h"
+#include "tests/sanitized.h"
 
 namespace cordillera::server {
 namespace {
@@ -127,6 +133,58 @@ TEST(KeptArchive, IsThereThoughNobodyCouldBeTold) {
   }
 }
 
+/// Want of descriptors passes, and is neither damage nor want of room.
+TEST(KeptArchive, ThatWantsADescriptorIsMadeLater) {
+  if (kSanitized) GTEST_SKIP() << "a sanitizer opens a pipe when it meets an object of a type for the first time";
+  const std::string id = built().base().substr(std::string("/v1/datasets/").size());
+  const auto terrain = built().service().library().open(id);
+  ASSERT_TRUE(terrain) << terrain.problem().line();
+  limits::Space space([] { return std::optional<limits::DiskSpace>(); }, 5);
+  ArchiveFiles files(built().data() / "archives-without-descriptors", space, [](const std::string&) {});
+  const ArchiveOrder order{id, "a", pipeline::faces::face_named("drc"), *terrain};
+  std::string problem;
+  rlimit before{};
+  getrlimit(RLIMIT_NOFILE, &before);
+  const rlimit none{0, before.rlim_max};
+  setrlimit(RLIMIT_NOFILE, &none);
+  eventually([&] {
+    const auto found = files.find(order, Asks::again);
+    if (!found) problem = found.problem().type;
+    return !found || *found;
+  });
+  setrlimit(RLIMIT_NOFILE, &before);
+  EXPECT_EQ(problem, "service-busy");
+  EXPECT_TRUE(eventually([&] {
+    const auto found = files.find(order);
+    return found.ok() && *found;
+  })) << "who asks then has it made";
+  const auto written = pipeline::exports::write_export((built().data() / "export").string(), pipeline::Existing::refuse,
+                                                       [](const auto&) { throw pipeline::NoDescriptor("none is left"); });
+  EXPECT_EQ(written.problem().type, "service-busy") << "of the store that is read";
+}
+
+/// One problem is told to all who waited for the archive; it is not made again for each of them.
+TEST(KeptArchive, ThatCannotBeMadeIsToldToAllWhoWaited) {
+  const std::string id = built().base().substr(std::string("/v1/datasets/").size());
+  const auto terrain = built().service().library().open(id);
+  ASSERT_TRUE(terrain) << terrain.problem().line();
+  std::atomic<int> made{0};
+  limits::Space space([] { return std::optional(limits::DiskSpace{100, 0}); }, 5);
+  ArchiveFiles files(built().data() / "archives-without-room", space, [&](const std::string&) { ++made; });
+  const ArchiveOrder order{id, "a", pipeline::faces::face_named("drc"), *terrain};
+  const auto asked = [&](Asks asks) {
+    const auto found = files.find(order, asks);
+    return found.ok() ? std::string("is made") : found.problem().type;
+  };
+  EXPECT_EQ(asked(Asks::first), "is made");
+  ASSERT_TRUE(eventually([&] { return made == 1; }));
+  for (int k = 0; k < 3; ++k) EXPECT_EQ(asked(Asks::again), "storage-full") << k;
+  EXPECT_EQ(made, 1);
+  EXPECT_EQ(asked(Asks::first), "is made") << "who asks anew has it tried again";
+  ASSERT_TRUE(eventually([&] { return made == 2; }));
+  EXPECT_EQ(asked(Asks::first), "storage-full");
+}
+
 std::ptrdiff_t open_descriptors() {
   return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), std::filesystem::directory_iterator());
 }
@@ -188,6 +246,19 @@ TEST(KeptArchive, IsNotServedDamaged) {
     EXPECT_EQ(again.body, whole.body);
     EXPECT_EQ(again.header("ETag"), whole.header("ETag"));
   }
+}
+
+/// Who is asked for anew waits no longer in all than it wanted to.
+TEST(WaitForAnArchive, DoesNotBeginAgainWhereItIsOver) {
+  const std::string base = built().post("ncols 2\nnrows 2\nxllcorner 12\nyllcorner 46\ncellsize 0.1\n1 2\n3 4\n",
+                                        {{"name", "brief.asc"}, {"crs", "EPSG:4326"}, {"vertical-datum", "ellipsoid"}});
+  Request request;
+  request.path = base + ".pmtiles";
+  request.headers = {{"prefer", "wait=100"}};
+  request.wait_ends = std::chrono::steady_clock::now();
+  const Response waits = built().api().handle(request);
+  ASSERT_TRUE(waits.later);
+  EXPECT_TRUE(waits.later(Patience::more));
 }
 
 }  // namespace
