@@ -269,7 +269,15 @@ proto::Result<BackedUp> restore(const fs::path& from, const Layout& layout) {
     return proto::Problem{"data-unusable", from.string() + " is no backup: it has no " + kList,
                           "a folder that cordillera backup wrote", "path"};
   }
-  if (list.value("data_version", 0) > kDataVersion) {
+  const Json version = list.value("data_version", Json(0));
+  const bool has_hashes =
+      std::all_of(list["files"].begin(), list["files"].end(), [](const Json& hash) { return hash.is_string(); });
+  if (!version.is_number_integer() || !has_hashes) {
+    return proto::Problem{"data-unusable",
+                          from.string() + " is no backup: its " + kList + " is not as cordillera backup writes it",
+                          "a folder that cordillera backup wrote", "path"};
+  }
+  if (version > kDataVersion) {
     return proto::Problem{"data-version", from.string() + " was made by a later version of the program",
                           "that version, or a later one", "path"};
   }
