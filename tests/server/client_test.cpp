@@ -49,6 +49,15 @@ class Background {
   pid_t process_ = -1;
 };
 
+/// Bytes of the one upload in the folder that the service has noted; 0: none.
+std::uint64_t kept_of_upload(const fs::path& uploads) {
+  for (const auto& entry : fs::directory_iterator(uploads)) {
+    const Json note = Json::parse(file_text(entry.path() / "upload.json"), nullptr, false);
+    if (note.is_object()) return note.value("offset", std::uint64_t{0});
+  }
+  return 0;
+}
+
 class Client : public Program {
  protected:
   void SetUp() override {
@@ -229,6 +238,7 @@ TEST_F(Client, AKilledClientsUploadGoesOnWithTheSameLine) {
   }
   EXPECT_EQ(files_in(folder_.path() / "state"), 1u);
   proxy.without_end();
+  EXPECT_TRUE(eventually([&] { return kept_of_upload(folder_.path() / "data" / "uploads") > 0; })) << "the service sees the end";
   Background again(parts(proxy), said);
   EXPECT_EQ(again.wait(), 0) << file_text(said);
   EXPECT_LT(proxy.handed_on(), size * 3 / 2) << "all of it was sent again";
