@@ -1,6 +1,7 @@
 #pragma once
 // Edges of a tile: one end goes, the other stays where it is, so positions stay on the lattice. The tile's border keeps what its
-// chains want, holes keep their rims within what rims may move: the same rules as in ../collapse.h, asked here of an edge.
+// chains want, holes keep their rims within what rims may move: the same rules as in gpu/waves/collapse/collapse.h, asked here of
+// an edge.
 #include "gpu/cleap/quadric.h"
 #include "gpu/waves/collapse/window.h"
 

@@ -38,7 +38,7 @@ int height_rounds(const proto::BuildOptions& options) {
 
 /// Samples of a whole block.
 double samples_of_block(const proto::Plan& plan) {
-  const double units = static_cast<double>(lattice_of(plan).tile_units(static_cast<int>(plan.block_level())));
+  const double units = static_cast<double>(block_side(plan));
   return std::min(units, static_cast<double>(plan.window(2)) - plan.window(0)) *
              std::min(units, static_cast<double>(plan.window(3)) - plan.window(1)) +
          1;
@@ -252,12 +252,11 @@ proto::Result<FinishedTask> Builder::exact_block(const proto::TileAddress& node,
 }
 
 void Builder::encode(const LevelContext& context, std::vector<BuiltTile>& tiles, FinishedTask& task) {
-  std::vector<std::optional<EncodedTile>> encoded(tiles.size());
+  std::vector<EncodedTile> made;
   if (context.level->level() < static_cast<std::uint32_t>(lattice_.finest_level)) {
-    workers_.each(tiles.size(), [&](std::size_t k, unsigned) {
-      if (!stop_) encoded[k] = encode_tile(context, tiles[k], plan_.options());
-    });
+    made = encode_tiles(context, tiles, plan_.options(), workers_, &stop_);
   } else {
+    std::vector<std::optional<EncodedTile>> encoded(tiles.size());
     finish_with_sides(context, tiles, workers_, [&](std::size_t k, unsigned worker) {
       if (stop_) return std::vector<gpu::MeshPoint>();
       const std::vector<raster::PixelPoint> pixels = pixels_in(tiles[k].tile, worker);
@@ -269,10 +268,9 @@ void Builder::encode(const LevelContext& context, std::vector<BuiltTile>& tiles,
       encoded[k] = std::move(finished.tile);
       return std::move(finished.on_sides);
     });
+    made = without_gaps(encoded);
   }
-  for (std::optional<EncodedTile>& tile : encoded) {
-    if (tile) task.tiles.push_back(std::move(*tile));
-  }
+  std::move(made.begin(), made.end(), std::back_inserter(task.tiles));
 }
 
 proto::Result<FinishedTask> Builder::block(const proto::TileAddress& node, const std::function<void(double)>& share,

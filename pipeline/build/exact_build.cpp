@@ -150,9 +150,7 @@ class BlockBuild {
     EncodedLevel level;
     if (handed_up) level.whole = std::move(tiles);
     for (const double a : above) level.above_m = std::max(level.above_m, a);
-    for (std::optional<EncodedTile>& tile : made) {
-      if (tile) level.tiles.push_back(std::move(*tile));
-    }
+    level.tiles = without_gaps(made);
     // A level above its target may be made again.
     const bool final = level.above_m == 0 || !plan_.promise();
     if (finest && final && team_.finest) team_.finest.take(level.tiles);

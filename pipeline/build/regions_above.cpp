@@ -105,7 +105,7 @@ class RegionsBuild {
       if (const auto made = make_level(l, task.tiles); !made.ok()) return made.problem();
     }
     for (std::int32_t k = 0; k < blocks_.count(); ++k) {
-      if (left_[static_cast<std::size_t>(k)]) task.consumed.push_back(node_at(plan_, blocks_, k));
+      if (has_left(k)) task.consumed.push_back(node_at(plan_, blocks_, k));
     }
     return task;
   }
@@ -145,7 +145,7 @@ class RegionsBuild {
   /// Its tiles, and what becomes of it beside; nothing where it has no data. What of it is made is in `region`.
   proto::Result<FinishedTask> make_region(const LevelContext& context, std::size_t l, Region& region, MadeRegion& made) {
     FinishedTask task;
-    std::map<std::size_t, proto::TileMesh> meshes;  // of blocks, by their numbers
+    std::map<std::int32_t, proto::TileMesh> meshes;  // of blocks, by their numbers
     if (l == 0) {
       if (auto read = read_meshes(quarters_.place_of(region), meshes); !read.ok()) return read.problem();
     }
@@ -187,7 +187,7 @@ class RegionsBuild {
 
   /// A block of a place, and its column and row there.
   struct PlacedBlock {
-    std::size_t number = 0;  ///< among all
+    std::int32_t number = 0;  ///< among all
     std::int32_t column = 0, row = 0;
   };
   std::vector<PlacedBlock> blocks_in(const BlockPlace& place) const {
@@ -202,20 +202,18 @@ class RegionsBuild {
     return all;
   }
   /// By column and row of its node.
-  std::optional<std::size_t> number_of_block(std::int64_t x, std::int64_t y) const {
-    std::int64_t column = x - blocks_.west;
-    const std::int64_t row = y - blocks_.south;
-    if (blocks_.closes) column = proto::modulo(column, blocks_.across);
-    if (column < 0 || row < 0 || column >= blocks_.across || row >= blocks_.up) return std::nullopt;
-    return static_cast<std::size_t>(row * blocks_.across + column);
+  std::optional<std::int32_t> number_of_block(std::int64_t x, std::int64_t y) const {
+    return blocks_.number_at(x - blocks_.west, y - blocks_.south);
   }
+  std::uint8_t& mark_of(std::int32_t block) { return left_[static_cast<std::size_t>(block)]; }
+  bool has_left(std::int32_t block) const { return left_[static_cast<std::size_t>(block)] != 0; }
   /// take(block, what it left) for each that left something, by several threads.
   proto::Result<void> read_blocks(const std::vector<PlacedBlock>& blocks, KeptParts parts,
                                   const std::function<void(const PlacedBlock& block, KeptBlock&& left)>& take) {
     std::vector<std::optional<proto::Problem>> problems(blocks.size());
     team_.workers.each(blocks.size(), [&](std::size_t n, unsigned) {
       if (team_.stop) return;
-      const auto bytes = mesh_of_(node_at(plan_, blocks_, static_cast<std::int32_t>(blocks[n].number)));
+      const auto bytes = mesh_of_(node_at(plan_, blocks_, blocks[n].number));
       if (!bytes.ok()) problems[n] = bytes.problem();
       if (!bytes.ok() || !*bytes) return;
       auto left = kept_block_from(**bytes, block_side_, parts);
@@ -230,10 +228,10 @@ class RegionsBuild {
     }
     return {};
   }
-  proto::Result<void> read_meshes(const BlockPlace& place, std::map<std::size_t, proto::TileMesh>& meshes) {
+  proto::Result<void> read_meshes(const BlockPlace& place, std::map<std::int32_t, proto::TileMesh>& meshes) {
     std::mutex mutex;
     return read_blocks(blocks_in(place), KeptParts::mesh, [&](const PlacedBlock& block, KeptBlock&& left) {
-      left_[block.number] = 1;
+      mark_of(block.number) = 1;
       const std::lock_guard lock(mutex);
       meshes.emplace(block.number, std::move(left.mesh));
     });
@@ -242,7 +240,7 @@ class RegionsBuild {
     std::vector<PlacedBlock> blocks = blocks_in(place);
     const auto all =
         static_cast<std::size_t>((place.east - place.west) / block_side_ * ((place.north - place.south) / block_side_));
-    std::erase_if(blocks, [this](const PlacedBlock& block) { return !left_[block.number]; });
+    std::erase_if(blocks, [this](const PlacedBlock& block) { return !has_left(block.number); });
     std::atomic<bool> voids{blocks.size() < all};
     auto read = read_blocks(blocks, KeptParts::squares, [&](const PlacedBlock& block, KeptBlock&& left) {
       if (!left.squares.depth.empty()) voids = true;
@@ -252,7 +250,7 @@ class RegionsBuild {
     return read;
   }
   /// Of blocks without data all sides are the same, whoever is beside them.
-  BlockMesh joined_blocks(const BlockPlace& place, const std::map<std::size_t, proto::TileMesh>& meshes) const {
+  BlockMesh joined_blocks(const BlockPlace& place, const std::map<std::int32_t, proto::TileMesh>& meshes) const {
     const std::int64_t west = place.west / block_side_, south = place.south / block_side_,
                        across = place.east / block_side_ - west, up = place.north / block_side_ - south;
     const auto at = [&](std::int32_t column, std::int32_t row) -> const proto::TileMesh* {
@@ -271,7 +269,7 @@ class RegionsBuild {
       const Region one{region.column + column, region.row + row, 1, 1};
       if (l > 0) return quarter(one.column, one.row) != nullptr;
       const std::vector<PlacedBlock> blocks = blocks_in(quarters_.place_of(one));
-      return std::any_of(blocks.begin(), blocks.end(), [this](const PlacedBlock& block) { return left_[block.number] != 0; });
+      return std::any_of(blocks.begin(), blocks.end(), [this](const PlacedBlock& block) { return has_left(block.number); });
     };
     const auto column_has = [&](std::int32_t column) { return has(column, 0) || (region.up == 2 && has(column, 1)); };
     const auto row_has = [&](std::int32_t row) { return has(0, row) || (region.across == 2 && has(1, row)); };

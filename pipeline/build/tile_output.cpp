@@ -149,15 +149,21 @@ std::optional<EncodedTile> encode_tile(const LevelContext& context, const BuiltT
   return encoded;
 }
 
-std::vector<EncodedTile> encode_tiles(const LevelContext& context, const std::vector<BuiltTile>& built,
-                                      const proto::BuildOptions& options, Workers& workers) {
-  std::vector<std::optional<EncodedTile>> made(built.size());
-  workers.each(built.size(), [&](std::size_t k, unsigned) { made[k] = encode_tile(context, built[k], options); });
-  std::vector<EncodedTile> encoded;
-  for (std::optional<EncodedTile>& tile : made) {
-    if (tile) encoded.push_back(std::move(*tile));
+std::vector<EncodedTile> without_gaps(std::vector<std::optional<EncodedTile>>& tiles) {
+  std::vector<EncodedTile> those;
+  for (std::optional<EncodedTile>& tile : tiles) {
+    if (tile) those.push_back(std::move(*tile));
   }
-  return encoded;
+  return those;
+}
+
+std::vector<EncodedTile> encode_tiles(const LevelContext& context, const std::vector<BuiltTile>& built,
+                                      const proto::BuildOptions& options, Workers& workers, const std::atomic<bool>* stop) {
+  std::vector<std::optional<EncodedTile>> made(built.size());
+  workers.each(built.size(), [&](std::size_t k, unsigned) {
+    if (!stop || !*stop) made[k] = encode_tile(context, built[k], options);
+  });
+  return without_gaps(made);
 }
 
 FinishedFinest finish_finest(const proto::Plan& plan, const LevelContext& context, BuiltTile& built,

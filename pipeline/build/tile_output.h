@@ -1,5 +1,6 @@
 #pragma once
 // From a finished mesh to what the store keeps of it.
+#include <atomic>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -38,9 +39,12 @@ class SampleCounts {
 /// nullopt: the tile publishes no triangle. options: of the plan; what its tiles are to carry.
 std::optional<EncodedTile> encode_tile(const LevelContext& context, const BuiltTile& built, const proto::BuildOptions& options);
 
-/// Those that do, in order.
+/// Those that do, in order. stop: may be null; once true, the rest is left out.
 std::vector<EncodedTile> encode_tiles(const LevelContext& context, const std::vector<BuiltTile>& built,
-                                      const proto::BuildOptions& options, Workers& workers);
+                                      const proto::BuildOptions& options, Workers& workers,
+                                      const std::atomic<bool>* stop = nullptr);
+/// Those that are there, in order.
+std::vector<EncodedTile> without_gaps(std::vector<std::optional<EncodedTile>>& tiles);
 
 /// A tile of the finest level, as far as it can be finished before its sides are agreed upon with its neighbours.
 struct FinishedFinest {

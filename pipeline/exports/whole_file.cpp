@@ -10,25 +10,17 @@
 #include "pipeline/store/sqlite.h"
 #include "proto/numbers.h"
 #include "proto/paths.h"
+#include "raster/disk/descriptor.h"
 
 namespace cordillera::pipeline::exports {
 namespace {
 
 namespace fs = std::filesystem;
 
-proto::Problem damaged(const StoreError& damage) {
-  proto::Problem problem{"store-damaged", "what is exported is damaged: ",
-                         "a backup, or the raster built again; cordillera check says what is damaged", "path"};
-  problem.detail += damage.what();
-  return problem;
-}
-
 /// It passes, and is no fault of the place nor of what is read.
 proto::Problem wants_descriptor() {
   return {"service-busy", "no descriptor is left to write a file", "trying again later, or a larger limit of open files", ""};
 }
-
-bool is_of_descriptors(int error) { return error == EMFILE || error == ENFILE; }
 
 /// errno is asked at once: what goes as an exception passes may change it.
 template <class Stream>
@@ -36,7 +28,7 @@ Stream opened_stream(const fs::path& path, std::ios::openmode mode) {
   Stream stream;
   errno = 0;
   stream.open(path, mode);
-  if (!stream && is_of_descriptors(errno)) throw NoDescriptor("no descriptor is left");
+  if (!stream && raster::is_want_of_descriptors(errno)) throw NoDescriptor("no descriptor is left");
   stream.exceptions(std::ios::badbit | std::ios::failbit);  // throws where it could not be opened
   return stream;
 }
@@ -56,6 +48,11 @@ std::optional<pid_t> process_of(std::string_view name, std::string_view before, 
 proto::Problem unwritable(const std::string& path, const std::string& why) {
   return {"output-failed", "cannot write " + path + ": " + why,
           "a file in a folder that can be written, on a disk with free space", "--output"};
+}
+
+proto::Problem damaged(const std::string& what, const std::exception& damage) {
+  return {"store-damaged", what + " is damaged: " + damage.what(),
+          "a backup, or the raster built again; cordillera check says what is damaged", "path"};
 }
 
 faces::Document made(const faces::Terrain& terrain, const faces::Resource& resource, const faces::Place& place) {
@@ -107,13 +104,13 @@ proto::Result<void> write_export(const std::string& path, Existing other,
     fs::rename(sibling.path(), place);
     return {};
   } catch (const Refused& refused) { return refused.problem; } catch (const fs::filesystem_error& e) {
-    return is_of_descriptors(e.code().value()) ? wants_descriptor() : unwritable(path, e.code().message());
+    return raster::is_want_of_descriptors(e.code().value()) ? wants_descriptor() : unwritable(path, e.code().message());
   } catch (const std::ios_base::failure&) {
     return unwritable(path, "no room, or its folder cannot be written");
   } catch (const NoDescriptor&) {
     return wants_descriptor();
   } catch (const StoreError& e) {  // of what is read: a writer of another database says Refused
-    return damaged(e);
+    return damaged("what is exported", e);
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 // One-file exports appear whole, by a rename, or not at all.
+#include <exception>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -26,6 +27,8 @@ inline const proto::Problem kStopped{"cancelled", "the export was stopped, and n
 /// stopped; StoreError where nothing is there.
 faces::Document made(const faces::Terrain& terrain, const faces::Resource& resource, const faces::Place& place);
 
+/// "store-damaged". what: is read.
+proto::Problem damaged(const std::string& what, const std::exception& damage);
 /// "output-failed".
 proto::Problem unwritable(const std::string& path, const std::string& why);
 

@@ -14,7 +14,7 @@ bool has_levels_above(const proto::Plan& plan) { return plan.block_level() > pla
 
 BlockGrid grid_of(const proto::Plan& plan) {
   const int z = static_cast<int>(plan.block_level());
-  const std::int64_t units = lattice_of(plan).tile_units(z);
+  const std::int64_t units = block_side(plan);
   BlockGrid grid;
   grid.west = floor_divide(plan.window(0) - 1, units);
   grid.south = std::max<std::int64_t>(floor_divide(plan.window(1) - 1, units), 0);
@@ -30,24 +30,45 @@ BlockGrid grid_of(const proto::Plan& plan) {
   return grid;
 }
 
+std::optional<std::int32_t> BlockGrid::number_at(std::int64_t column, std::int64_t row) const {
+  if (closes) column = proto::modulo(column, across);
+  if (column < 0 || row < 0 || column >= across || row >= up) return std::nullopt;
+  return static_cast<std::int32_t>(row * across + column);
+}
+
+std::int64_t block_side(const proto::Plan& plan) { return lattice_of(plan).tile_units(static_cast<int>(plan.block_level())); }
+
 proto::TileAddress node_at(const proto::Plan& plan, const BlockGrid& grid, std::int32_t k) {
   const int z = static_cast<int>(plan.block_level());
   const std::int64_t x = proto::modulo(grid.west + k % grid.across, proto::tiles_across(z));
   return {z, static_cast<std::int32_t>(x), static_cast<std::int32_t>(grid.south + k / grid.across)};
 }
 
+namespace {
+
+/// Of the rectangle of all blocks.
+struct Cells {
+  std::int64_t across, up;
+  bool closes;
+};
+Cells cells_of(const proto::Plan& plan) {
+  const BlockGrid grid = grid_of(plan);
+  const std::int64_t side = block_side(plan);
+  return {grid.across * side, grid.up * side, grid.closes};
+}
+
+}  // namespace
+
 bool merged_at_once(const proto::Plan& plan) {
   if (!plan.exact() || !has_levels_above(plan)) return false;
-  const BlockGrid grid = grid_of(plan);
-  const std::int64_t units = lattice_of(plan).tile_units(static_cast<int>(plan.block_level()));
-  return grid.across * units * grid.up * units <= kMostCellsByRegions;
+  const Cells cells = cells_of(plan);
+  return cells.across * cells.up <= kMostCellsByRegions;
 }
 
 bool has_one_ground(const proto::Plan& plan) {
-  const BlockGrid grid = grid_of(plan);
-  const int z = static_cast<int>(plan.block_level());
-  const std::int64_t units = lattice_of(plan).tile_units(z), across = grid.across * units, up = grid.up * units;
-  return std::max(across, up) < gpu::exact::kMostAbove && across * up <= (grid.closes ? kMostCellsAround : kMostCellsAbove);
+  const Cells cells = cells_of(plan);
+  return std::max(cells.across, cells.up) < gpu::exact::kMostAbove &&
+         cells.across * cells.up <= (cells.closes ? kMostCellsAround : kMostCellsAbove);
 }
 
 proto::TileAddress node_above(const proto::Plan& plan) { return node_at(plan, grid_of(plan), 0).parent(); }

@@ -1,5 +1,7 @@
 #pragma once
 // Blocks of an exact plan side by side, and what is made above them.
+#include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "cordillera.pb.h"
@@ -17,7 +19,11 @@ struct BlockGrid {
   bool closes = false;  ///< all around the earth, from the antimeridian on
 
   std::int32_t count() const { return across * up; }
+  /// The number, as node_at has it, of the node so many columns and rows from the first one; none: there is none.
+  std::optional<std::int32_t> number_at(std::int64_t column, std::int64_t row) const;
 };
+/// Samples from side to side of a node of the block level.
+std::int64_t block_side(const proto::Plan& plan);
 BlockGrid grid_of(const proto::Plan& plan);
 /// Row by row from the south-west.
 proto::TileAddress node_at(const proto::Plan& plan, const BlockGrid& grid, std::int32_t k);

@@ -12,6 +12,7 @@
 #include "pipeline/store/content_hash.h"
 #include "pipeline/store/sqlite_object.h"
 #include "proto/letters.h"
+#include "raster/disk/descriptor.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -70,7 +71,7 @@ bool wants_room(sqlite3* handle) {
 
 bool wants_descriptor(sqlite3* handle) {
   const int code = sqlite3_errcode(handle), system = sqlite3_system_errno(handle);
-  return (code == SQLITE_IOERR || code == SQLITE_CANTOPEN) && (system == EMFILE || system == ENFILE);
+  return (code == SQLITE_IOERR || code == SQLITE_CANTOPEN) && raster::is_want_of_descriptors(system);
 }
 
 /// What went wrong, to be thrown once the handle has been put in order.

@@ -36,4 +36,7 @@ class Descriptor {
   int number_ = -1;
 };
 
+/// Whether an errno says that none is left, to the process or to the system: it passes.
+inline bool is_want_of_descriptors(int error) { return error == EMFILE || error == ENFILE; }
+
 }  // namespace cordillera::raster

@@ -143,8 +143,7 @@ proto::Result<std::string> export_of(const ExportLine& line) {
     return archive != nullptr ? export_archive(*archive, line, terrain)
                               : export_mesh(*mesh_kind(ending_of(line.output)), line, terrain);
   } catch (const pipeline::StoreError& damage) {  // a mesh is put together before it is written
-    return Problem{"store-damaged", line.source + " is damaged: " + damage.what(),
-                   "a backup, or the raster built again; cordillera check says what is damaged", "path"};
+    return pipeline::exports::damaged(line.source, damage);
   }
 }
 

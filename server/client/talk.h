@@ -39,9 +39,9 @@ class Talk {
   std::chrono::steady_clock::time_point moved_ = std::chrono::steady_clock::now();
 };
 
-/// The problem in an answer (RFC 9457). Where the members are missing, detail is the text itself.
 /// Of an answer's object, on one line and without what a terminal would obey; empty: there is no such text.
 std::string text_in(const Json& json, const char* name);
+/// The problem in an answer (RFC 9457). Where the members are missing, detail is the text itself.
 proto::Problem problem_in(const Json& json);
 
 /// 1, 2 where the command line is wrong, 75 where trying again may help.

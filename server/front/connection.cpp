@@ -93,6 +93,7 @@ void Connection::begin(Head head) {
   request_ = std::move(head.request);
   request_.client = peer_;
   request_.client = access::client_address(request_, shared_.limits.trusted_proxies);
+  network_ = access::share_of(request_.client);
   keep_ = head.keep_alive && !shared_.stopping;
   old_ = head.old;
   forget_answer();
@@ -108,9 +109,8 @@ void Connection::begin(Head head) {
   if (auto kept = kept_answer(shared_, request_)) return respond(std::move(*kept));
   route_ = route_meant(request_);
   if (shared_.api.is_quick(request_, route_)) return respond(answer_of(shared_, request_, route_));
-  if (route_.is(RouteRow::kLarge) && shared_.unsent.full(access::share_of(request_.client)))
-    return respond_with(too_much_unsent());
-  const auto taken = shared_.makers.run(access::share_of(request_.client), [self = shared_from_this()] { self->make_answer(); });
+  if (route_.is(RouteRow::kLarge) && shared_.unsent.full(network_)) return respond_with(too_much_unsent());
+  const auto taken = shared_.makers.run(network_, [self = shared_from_this()] { self->make_answer(); });
   if (taken != Workers::Taken::yes) respond_with({"service-busy", "the service has too much to do", "trying again later", ""});
 }
 
@@ -128,6 +128,7 @@ void Connection::refuse_head(const proto::Problem& problem) {
   request_ = {};
   request_.method.clear();  // nobody knows it
   request_.client = peer_;
+  network_ = access::share_of(peer_);
   forget_answer();
   keep_ = false;
   linger_ = true;

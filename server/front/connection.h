@@ -113,7 +113,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   bool reading_ = false;
 
   Request request_;
-  Route route_;  ///< the request's; of nothing where its answer was kept or its head cannot be read
+  std::string network_;  ///< of the client, as limits count: see access::share_of
+  Route route_;          ///< the request's; of nothing where its answer was kept or its head cannot be read
   Clock::time_point asked_;
   bool keep_ = true, linger_ = false, old_ = false;
   bool by_front_ = false;            ///< the answer is no answer of the API

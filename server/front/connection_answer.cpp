@@ -6,7 +6,6 @@
 #include <boost/asio/buffer.hpp>
 #include <charconv>
 
-#include "server/access/client_address.h"
 #include "server/front/connection.h"
 #include "server/front/loop.h"
 #include "server/front/message/answer_head.h"
@@ -44,7 +43,7 @@ void Connection::respond(Response response) {
   if (framing_ && !framing_->done() && !expects_continue_) skip_body();
   const bool body_left = framing_ ? !framing_->done() : linger_;
   if (response.next_piece || response.later) {
-    stream_share_ = shared_.streams.take(access::share_of(request_.client), shared_.limits.streams_per_client);
+    stream_share_ = shared_.streams.take(network_, shared_.limits.streams_per_client);
     if (!stream_share_) {
       return respond_with({"too-many-streams", "this address waits for too much at a time",
                            "at most " + std::to_string(shared_.limits.streams_per_client) + " event streams and waiting requests",
@@ -80,7 +79,7 @@ bool Connection::take_out(Response& response) {
   out_body_ = response.shared ? response.shared : std::make_shared<const std::string>(std::move(response.body));
   response.shared = out_body_;
   if (out_body_->size() < kLarge) return true;
-  unsent_ = shared_.unsent.take(access::share_of(request_.client), out_body_);
+  unsent_ = shared_.unsent.take(network_, out_body_);
   if (!unsent_) out_body_ = nullptr;
   return unsent_ != nullptr;
 }
@@ -100,7 +99,7 @@ void Connection::make_answer() {
 /// What waited long for its turn takes it like any other request, among the workers: the loop has other connections.
 void Connection::make_rest(std::function<Response()> rest) {
   begun_ = false;
-  const auto taken = shared_.makers.run(access::share_of(request_.client), [self = shared_from_this(), rest = std::move(rest)] {
+  const auto taken = shared_.makers.run(network_, [self = shared_from_this(), rest = std::move(rest)] {
     if (self->begun_.exchange(true)) return;
     try {
       self->later(

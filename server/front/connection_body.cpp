@@ -1,7 +1,6 @@
 // The body of a request: from the socket, through a pipe, to the thread that handles the request.
 #include <boost/asio/buffer.hpp>
 
-#include "server/access/client_address.h"
 #include "server/front/connection.h"
 #include "server/front/loop.h"
 
@@ -37,7 +36,7 @@ void Connection::begin_with_body(Head head) {
     }
     return pipe->whole();
   });
-  const auto taken = shared_.takers.run(access::share_of(request_.client), [self] { self->make_answer(); });
+  const auto taken = shared_.takers.run(network_, [self] { self->make_answer(); });
   if (taken == Workers::Taken::yes) return;
   if (taken == Workers::Taken::full)
     return respond_with({"service-busy", "the service receives too many bodies", "trying again later", ""});

@@ -235,7 +235,7 @@ class ChildWatch {
 /// What the system lacks at the moment is no fault of the raster.
 proto::Problem cannot_start(int error) {
   const std::string why = "the process that builds cannot be started: " + std::string(strerror(error));
-  if (error == EMFILE || error == ENFILE || error == ENOMEM || error == EAGAIN)
+  if (raster::is_want_of_descriptors(error) || error == ENOMEM || error == EAGAIN)
     return {"service-busy", why, "trying again later", ""};
   return {"job-crashed", why, "posting again later", ""};
 }

@@ -129,7 +129,7 @@ proto::Result<std::shared_ptr<const ArchiveFile>> ArchiveFiles::find(const Archi
   if (known != entries_.end() && known->second->sums) {
     Entry& entry = *known->second;
     if (!entry.file) entry.file = ArchiveFile::open(entry.path, entry.sums);
-    if (!entry.file && (errno == EMFILE || errno == ENFILE)) return wants_descriptor(order.id);
+    if (!entry.file && raster::is_want_of_descriptors(errno)) return wants_descriptor(order.id);
     lost = !entry.file || entry.file->damaged();
   }
   if (lost) {  // it is made anew
@@ -214,7 +214,7 @@ void ArchiveFiles::make(Entry& entry) {
   auto written = claim ? write_one(entry.order, entry.path, bounds) : proto::Result<void>(limits::storage_full(full));
   auto file = written ? ArchiveFile::open(entry.path, nullptr) : nullptr;
   if (written && !file)
-    written = errno == EMFILE || errno == ENFILE
+    written = raster::is_want_of_descriptors(errno)
                   ? wants_descriptor(entry.order.id)
                   : Problem{"storage-full", "the archive cannot be read back", "trying again later", ""};
   const std::lock_guard lock(mutex_);

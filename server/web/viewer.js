@@ -126,8 +126,9 @@ function await_terrain(bounds) {
 // Later answers of an earlier call must not take the place of a later one's.
 let showing = 0;
 
-// words: what is said when it is shown.
 let shows = 0;  // those that are on their way
+
+// words: what is said when it is shown.
 async function show_dataset(id, words = "") {
   ++shows;
   await show_tiles(id, words).finally(() => { --shows; });

@@ -37,6 +37,20 @@ std::string made(TestService& test, Given query) {
   return is_lazy(*row) ? "copied, lazy" : "copied";
 }
 
+/// What becomes of an address that is posted, once that has failed; null: it has not.
+Row posted_until_failed(Service& service, const std::string& address) {
+  Api api(service);
+  Request request;
+  request.method = "POST";
+  request.path = "/v1/datasets";
+  request.query = {{"source", address}};
+  request.headers = {{"content-length", "0"}};
+  const std::string id = body_of(api.handle(request)).value("id", "");
+  Row row;
+  const bool failed = eventually([&] { return (row = service.registry().find(id)) && row->state == State::failed; });
+  return failed ? row : nullptr;
+}
+
 /// What came of a query where the operator said nothing, full and lazy.
 struct Case {
   Given query;
@@ -94,15 +108,8 @@ TEST(PostedAddress, OfAListThatIsNotReadInAMinuteIsAProblem) {
     return proto::Result<std::optional<proto::Estimate>>(proto::Problem{"build-time-limit", "too long", "", ""});
   });
   ASSERT_TRUE(service) << service.problem().line();
-  Api api(**service);
-  Request request;
-  request.method = "POST";
-  request.path = "/v1/datasets";
-  request.query = {{"source", host.address() + "/list.json"}};
-  request.headers = {{"content-length", "0"}};
-  const std::string id = body_of(api.handle(request)).value("id", "");
-  Row row;
-  ASSERT_TRUE(eventually([&] { return (row = (*service)->registry().find(id)) && row->state == State::failed; }));
+  const Row row = posted_until_failed(**service, host.address() + "/list.json");
+  ASSERT_TRUE(row);
   EXPECT_EQ(told, updates::kListSeconds);
   EXPECT_EQ(row->problem->type, "sources-invalid") << row->problem->line();
   EXPECT_THAT(row->problem->detail, testing::HasSubstr("take longer to list than 60 seconds"));
@@ -132,15 +139,8 @@ TEST(PostedAddress, HasTheTimeOfWhatCameSinceItBegan) {
     return proto::Problem{"build-time-limit", "too long", "", ""};
   });
   ASSERT_TRUE(service) << service.problem().line();
-  Api api(**service);
-  Request request;
-  request.method = "POST";
-  request.path = "/v1/datasets";
-  request.query = {{"source", host.address() + "/dem.tif"}};
-  request.headers = {{"content-length", "0"}};
-  const std::string id = body_of(api.handle(request)).value("id", "");
-  Row row;
-  ASSERT_TRUE(eventually([&] { return (row = (*service)->registry().find(id)) && row->state == State::failed; }));
+  const Row row = posted_until_failed(**service, host.address() + "/dem.tif");
+  ASSERT_TRUE(row);
   EXPECT_EQ(row->problem->type, "build-time-limit") << row->problem->line();
   const std::lock_guard lock(mutex);
   ASSERT_EQ(told.size(), 2u) << "once more for the 4 MiB that came, and no more when none came";

@@ -13,6 +13,16 @@ namespace cordillera::whole {
 
 inline constexpr std::int64_t kSmallBlock = 513 * 513;
 
+/// Rough ground with holes across the sides of blocks, and noise of holes. From column 1400 to `east` there is nothing but an
+/// island around a pixel. For points_of(kHoleyCorner, …).
+inline constexpr Corner kHoleyCorner{13, 4500 * 2 * kTile - 350, 3000 * 2 * kTile + 300};
+inline HeightOf holey_ground(int east, int island_c, int island_r) {
+  return [=, ground = rough(4), gaps = rough(9)](int c, int r) {
+    const bool hole = std::hypot(c - 350, r - 280) < 40 || (c > 900 && c < 1400 && gaps(3 * c, 3 * r) > 900);
+    return hole || (c > 1400 && c < east && std::hypot(c - island_c, r - island_r) > 90) ? kNoData : ground(c, r);
+  };
+}
+
 /// Every level within its target: measured in blocks, a bound above them.
 inline void expect_promise_above_blocks(const Built& built) {
   for (const proto::LevelSummary& level : built.manifest.levels()) {

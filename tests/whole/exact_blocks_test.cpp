@@ -16,14 +16,7 @@ using testing::IsEmpty;
 
 // Blocks of four tiles, with holes across their sides, noise of holes, and islands whose blocks have neighbours without data.
 TEST(ExactBlocks, levels_above_are_made_at_once) {
-  constexpr std::int64_t kNode = 2 * kTile;
-  const Corner corner{13, 4500 * kNode - 350, 3000 * kNode + 300};
-  const HeightOf ground = rough(4), gaps = rough(9);
-  const auto height = [=](int c, int r) {
-    const bool hole = std::hypot(c - 350, r - 280) < 40 || (c > 900 && c < 1400 && gaps(3 * c, 3 * r) > 900);
-    return hole || (c > 1400 && c < 2700 && std::hypot(c - 2300, r - 400) > 90) ? kNoData : ground(c, r);
-  };
-  const Built built = build_dem(points_of(corner, 3000, 900, height), exact(15), kSmallBlock);
+  const Built built = build_dem(points_of(kHoleyCorner, 3000, 900, holey_ground(2700, 2300, 400)), exact(15), kSmallBlock);
   EXPECT_EQ(built.plan.block_level(), 12u);
   EXPECT_TRUE(pipeline::merged_at_once(built.plan));
   EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty());

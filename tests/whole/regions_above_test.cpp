@@ -20,14 +20,8 @@ using testing::IsEmpty;
 constexpr std::int32_t kQuarter = 1024;  // two blocks a way
 
 TEST(Regions, hold_the_laws_with_holes_and_islands) {
-  constexpr std::int64_t kNode = 2 * kTile;
-  const Corner corner{13, 4500 * kNode - 350, 3000 * kNode + 300};
-  const HeightOf ground = rough(4), gaps = rough(9);
-  const auto height = [=](int c, int r) {
-    const bool hole = std::hypot(c - 350, r - 280) < 40 || (c > 900 && c < 1400 && gaps(3 * c, 3 * r) > 900);
-    return hole || (c > 1400 && c < 4700 && std::hypot(c - 4300, r - 1400) > 90) ? kNoData : ground(c, r);
-  };
-  const Built built = build_dem(points_of(corner, 5000, 2300, height), exact(15), kSmallBlock, kQuarter);
+  const Built built =
+      build_dem(points_of(kHoleyCorner, 5000, 2300, holey_ground(4700, 4300, 1400)), exact(15), kSmallBlock, kQuarter);
   EXPECT_EQ(built.plan.block_level(), 12u);
   EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty());
   expect_promise_above_blocks(built);

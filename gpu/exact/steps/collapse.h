@@ -4,6 +4,7 @@
 // Cost: the memoryless quadric along the vertical (P. Lindstrom, G. Turk, 1998 and 1999). It only orders the collapses; whether
 // one may go is measured.
 #include "gpu/exact/steps/window.h"
+#include "gpu/mesh/vertical_quadric.h"
 
 namespace cordillera::gpu::exact {
 
@@ -11,29 +12,10 @@ inline constexpr int kMostTried = 4;     ///< targets of one ring that may fail 
 inline constexpr int kMostLookedAt = 3;  ///< targets whose triangles are looked at in one evaluation
 inline constexpr int kCostShift =
     19;  ///< a key is 13 bits of cost over 19 of a hash, so that neighbours of like cost do not queue
-inline constexpr float kCostOfLength = 1e-6f;  ///< of moving along a plane; without it a flat sea would have no order
+/// Of moving along a plane, a sample's square; without it a flat sea would have no order. Heights are 2^-10 m.
+inline constexpr float kCostOfLength = 1e-6f * 1048576.0f;
 
 CORDILLERA_HD inline std::int32_t cross(int ax, int ay, int bx, int by) { return ax * by - ay * bx; }
-
-/// Sum over the triangles around a vertex of area-weighted squared vertical distance, about the vertex. Void triangles count
-/// nothing.
-struct Quadric {
-  float xx = 0, xy = 0, yy = 0, x = 0, y = 0, one = 0;
-
-  CORDILLERA_HD void add(float ax, float ay, float az, float bx, float by, float bz) {
-    const float area = ax * by - ay * bx, nx = ay * bz - az * by, ny = az * bx - ax * bz, inverse = 1.0f / area;
-    xx += nx * nx * inverse;
-    xy += nx * ny * inverse;
-    yy += ny * ny * inverse;
-    x += nx;
-    y += ny;
-    one += area;
-  }
-  CORDILLERA_HD float at(float px, float py, float pz) const {
-    const float cost = 0.5f * (xx * px * px + yy * py * py + one * pz * pz) + (xy * px * py + pz * (x * px + y * py));
-    return (cost < 0 ? 0 : cost) + kCostOfLength * 1048576.0f * (px * px + py * py);  // heights are 2^-10 m
-  }
-};
 
 /// A thread that evaluates a vertex alone. Lanes that share one have the same members.
 struct AloneLane {
@@ -82,7 +64,8 @@ class Evaluation {
       for (int k = lanes_.index(); k < valence_; k += lanes_.count()) {
         if (!may_go_to(k)) continue;
         const Place at = place(k);
-        const float cost = quadric_.at(static_cast<float>(at.x), static_cast<float>(at.y), at.z);
+        const float x = static_cast<float>(at.x), y = static_cast<float>(at.y),
+                    cost = quadric_.at(x, y, at.z) + kCostOfLength * (x * x + y * y);
         if ((cost > last || (cost == last && k > last_slot)) && cost < best) best = cost, slot = k;
       }
       lanes_.take_least(best, slot);
@@ -195,7 +178,7 @@ class Evaluation {
   const int u_, valence_, triangles_, x_, y_;
   const float z_;
   const CurveRow curve_;
-  Quadric quadric_;
+  VerticalQuadric quadric_;
   int voids_ = 0;  ///< among its neighbours
   int rims_ = 0;   ///< between two neighbours of which one is void
   bool all_valid_ = true;

@@ -76,7 +76,7 @@ CORDILLERA_LANES void read_corners(const RelativeRing& ring, int first, int tria
 }
 
 /// Added up in the ring's order; what is not there counts nothing.
-CORDILLERA_LANES void sum_quadric(const RelativeRing& ring, int triangles, bool u_void, Quadric& q) {
+CORDILLERA_LANES void sum_quadric(const RelativeRing& ring, int triangles, bool u_void, VerticalQuadric& q) {
   if (u_void) return;
   for (int first = 0; first < triangles; first += kLanes) {
     Corners c;
@@ -107,7 +107,7 @@ CORDILLERA_LANES void sum_quadric(const RelativeRing& ring, int triangles, bool 
 }
 
 /// Of going to each place of the ring.
-CORDILLERA_LANES void find_costs(const RelativeRing& ring, int valence, const Quadric& q, float (&cost)[kPlacesOfRing]) {
+CORDILLERA_LANES void find_costs(const RelativeRing& ring, int valence, const VerticalQuadric& q, float (&cost)[kPlacesOfRing]) {
   for (int first = 0; first < kPlacesOfRing && first < valence; first += kLanes) {
     Ints x, y;
     Floats pz;
@@ -117,7 +117,7 @@ CORDILLERA_LANES void find_costs(const RelativeRing& ring, int valence, const Qu
     const Floats px = __builtin_convertvector(x, Floats), py = __builtin_convertvector(y, Floats);
     Floats all = 0.5f * (q.xx * px * px + q.yy * py * py + q.one * pz * pz) + (q.xy * px * py + pz * (q.x * px + q.y * py));
     keep(all, ~(all < 0.0f));
-    store(cost + first, all + kCostOfLength * 1048576.0f * (px * px + py * py));
+    store(cost + first, all + kCostOfLength * (px * px + py * py));
   }
 }
 
@@ -175,7 +175,7 @@ CORDILLERA_WIDE void evaluate_whole_ring(const WindowView& w, int u) {
   read_ring(w, u, valence, ring);
   if (ring.may_go_to == 0) return;
   const bool u_void = (flag & kVoidHere) != 0;
-  Quadric quadric;
+  VerticalQuadric quadric;
   sum_quadric(ring, triangles, u_void, quadric);
   float cost[kPlacesOfRing];
   find_costs(ring, valence, quadric, cost);

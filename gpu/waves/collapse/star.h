@@ -13,6 +13,7 @@
 // A device walks around a star anew for every question, so that it needs few registers; a host core copies the corners once.
 #include <cmath>
 
+#include "gpu/mesh/vertical_quadric.h"
 #include "gpu/waves/collapse/window.h"
 
 namespace cordillera::gpu {
@@ -82,32 +83,10 @@ struct Star {
   }
 };
 
-/// Sum over the published triangles of area x (distance to the triangle's plane along the vertical)^2, as a quadratic form.
-struct Quadric {
-  float xx = 0, xy = 0, yy = 0, x = 0, y = 0, one = 0;
-
-  /// The triangle (origin, a, b).
-  CORDILLERA_HD void add(float ax, float ay, float az, float bx, float by, float bz) {
-    const float twice_area = ax * by - ay * bx;
-    const float nx = ay * bz - az * by, ny = az * bx - ax * bz;
-    const float inverse = 1.0f / twice_area;
-    xx += nx * nx * inverse;
-    xy += nx * ny * inverse;
-    yy += ny * ny * inverse;
-    x += nx;
-    y += ny;
-    one += twice_area;
-  }
-  CORDILLERA_HD float at(float px, float py, float rise) const {
-    const float cost = 0.5f * (xx * px * px + yy * py * py + one * rise * rise) + (xy * px * py + rise * (x * px + y * py));
-    return cost < 0 ? 0 : cost;
-  }
-};
-
-/// Finds the labels of the star and its quadric.
+/// Finds the labels of the star and the quadric of its published triangles.
 template <class Coordinate, bool kInside>
-CORDILLERA_HD inline Quadric survey(Star<Coordinate, kInside>& s) {
-  Quadric q;
+CORDILLERA_HD inline VerticalQuadric survey(Star<Coordinate, kInside>& s) {
+  VerticalQuadric q;
   typename Star<Coordinate, kInside>::Corner a = s.corner(0);
   for (int i = 0; i < s.count; ++i) {
     const bool here = kInside || !a.info.has(proto::kVoid);
@@ -244,7 +223,7 @@ struct Evaluate {
     Star<Coordinate, kInside> s(w, u, rules.cells_per_unit);
     w.key[u] = kBlocked;
     if (s.count == 0) return;
-    const Quadric quadric = survey(s);
+    const VerticalQuadric quadric = survey(s);
     Choice best, second;
     rank_targets(s, quadric, carried, best, second);
     const bool must = !kInside && s.centre.info.has(proto::kRemove);
@@ -271,7 +250,7 @@ struct Evaluate {
 
  private:
   /// The two cheapest targets; of equals the first. A third best hardly ever helps and costs every vertex.
-  CORDILLERA_HD void rank_targets(const Star<Coordinate, kInside>& s, const Quadric& quadric, float carried, Choice& best,
+  CORDILLERA_HD void rank_targets(const Star<Coordinate, kInside>& s, const VerticalQuadric& quadric, float carried, Choice& best,
                                   Choice& second) const {
     const std::uint32_t allowed = allowed_targets(s);
     const bool on_side = s.on_side();

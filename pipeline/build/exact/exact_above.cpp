@@ -19,8 +19,6 @@ constexpr double kLeastSteps = 4;  // of height in a tolerance: the engine's bou
 
 }  // namespace
 
-std::int64_t block_side(const proto::Plan& plan) { return lattice_of(plan).tile_units(static_cast<int>(plan.block_level())); }
-
 /// Its last row and column of squares are its neighbours' first, but at the end of the rectangle.
 void place_squares(std::int64_t block_side, std::int64_t x, std::int64_t y, const gpu::exact::Squares& from, Ground& ground) {
   gpu::exact::Squares& to_squares = ground.squares;

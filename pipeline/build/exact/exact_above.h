@@ -22,8 +22,6 @@ struct Above {
 void make_unknown(const proto::Plan& plan, const BlockPlace& place, gpu::exact::Ground& ground);
 /// The ground of all blocks; all around the earth, where they are.
 gpu::exact::Ground unknown_ground(const proto::Plan& plan);
-/// From side to side of a block, samples.
-std::int64_t block_side(const proto::Plan& plan);
 /// Puts the squares of a block into it, whose first sample is the ground's (x, y); those of other blocks may be put meanwhile.
 void place_squares(std::int64_t block_side, std::int64_t x, std::int64_t y, const gpu::exact::Squares& squares,
                    gpu::exact::Ground& ground);

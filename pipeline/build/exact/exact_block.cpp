@@ -8,6 +8,7 @@
 
 #include "gpu/exact/side_chain.h"
 #include "gpu/measure/upright.h"
+#include "pipeline/build/exact/joined_mesh.h"
 #include "pipeline/plan/block_grid.h"
 #include "pipeline/plan/ecef_step.h"
 #include "pipeline/plan/plan.h"
@@ -190,40 +191,11 @@ gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, int coarsest) {
 
 namespace {
 
-constexpr std::uint32_t kUnnumbered = UINT32_MAX;
-
 /// Triangles of a tile, and the greatest bound of them.
 struct TileTriangles {
   std::vector<std::uint32_t> all;
   float bound = 0;
 };
-
-/// number: indexed by the block's vertices, kUnnumbered before and after.
-proto::TileMesh mesh_of_tile(const gpu::exact::BlockMesh& mesh, const std::vector<std::uint32_t>& triangles, std::int64_t dx,
-                             std::int64_t dy, std::vector<std::uint32_t>& number) {
-  std::vector<std::uint32_t> vertices;
-  for (const std::uint32_t t : triangles) {
-    for (const std::uint32_t v : mesh.triangles[t]) {
-      if (std::exchange(number[v], 0) == kUnnumbered) vertices.push_back(v);
-    }
-  }
-  std::sort(vertices.begin(), vertices.end());
-  proto::TileMesh tile;
-  for (const std::uint32_t v : vertices) {
-    number[v] = static_cast<std::uint32_t>(tile.vertices());
-    tile.x.push_back(static_cast<std::int32_t>(mesh.x[v] + dx));
-    tile.y.push_back(static_cast<std::int32_t>(mesh.y[v] + dy));
-    tile.height.push_back(mesh.height[v]);
-    tile.mark.push_back(mesh.is_void[v] ? proto::kVoid : 0);
-  }
-  tile.triangles.reserve(triangles.size());
-  for (const std::uint32_t t : triangles) {
-    const auto& [a, b, c] = mesh.triangles[t];
-    tile.triangles.push_back({number[a], number[b], number[c]});
-  }
-  for (const std::uint32_t v : vertices) number[v] = kUnnumbered;
-  return tile;
-}
 
 }  // namespace
 
@@ -258,7 +230,7 @@ std::vector<BuiltTile> tiles_of_block(const proto::Plan& plan, const BlockPlace&
     if (!mesh.bound.empty()) of_tile.bound = std::max(of_tile.bound, mesh.bound[t]);
   }
   std::vector<BuiltTile> tiles;
-  std::vector<std::uint32_t> number(mesh.vertices(), kUnnumbered);
+  MeshParts cut(mesh);
   for (std::size_t k = 0; k < by_tile.size(); ++k) {
     if (by_tile[k].all.empty()) continue;
     const std::int64_t across = proto::tiles_across(z), row = south + static_cast<std::int64_t>(k) / columns,
@@ -266,7 +238,9 @@ std::vector<BuiltTile> tiles_of_block(const proto::Plan& plan, const BlockPlace&
     BuiltTile tile;
     tile.tile = {z, static_cast<std::int32_t>(column - floor_divide(column, across) * across), static_cast<std::int32_t>(row)};
     tile.max_error_m = by_tile[k].bound * proto::kHeightStep_m;
-    tile.mesh = mesh_of_tile(mesh, by_tile[k].all, place.west - column * units, place.south - row * units, number);
+    std::vector<std::uint32_t> vertices = cut.vertices_of(by_tile[k].all);
+    std::sort(vertices.begin(), vertices.end());
+    tile.mesh = cut.part(vertices, by_tile[k].all, place.west - column * units, place.south - row * units);
     tile.mesh.side = static_cast<std::int32_t>(units);
     tiles.push_back(std::move(tile));
   }

@@ -5,7 +5,6 @@
 
 #include "pipeline/plan/block_grid.h"
 #include "pipeline/plan/plan.h"
-#include "proto/integers.h"
 
 namespace cordillera::pipeline {
 
@@ -14,7 +13,7 @@ GatheredBlocks::GatheredBlocks(const proto::Plan& plan, Workers& workers, const 
 
 double GatheredBlocks::bytes() const {
   constexpr double kBytesOfCell = 1.3;
-  const double side = static_cast<double>(lattice_of(plan_).tile_units(static_cast<int>(plan_.block_level())));
+  const double side = static_cast<double>(block_side(plan_));
   return kBytesOfCell * side * side * static_cast<double>(count());
 }
 
@@ -44,7 +43,7 @@ void GatheredBlocks::place(std::size_t k, KeptBlock&& block) {
 }
 
 proto::Result<std::optional<Above>> GatheredBlocks::all(const MeshOf& mesh_of) {
-  const std::int64_t side = lattice_of(plan_).tile_units(static_cast<int>(plan_.block_level()));
+  const std::int64_t side = block_side(plan_);
   const auto read = [&](std::size_t k) {
     const auto bytes = mesh_of(nodes_[k]);
     if (!bytes.ok())
@@ -84,10 +83,8 @@ proto::Result<std::optional<Above>> GatheredBlocks::all(const MeshOf& mesh_of) {
   if (those_with_a_mesh().empty()) return std::optional<Above>();
   const BlockGrid grid = grid_of(plan_);
   const auto mesh_at = [&](std::int32_t column, std::int32_t row) -> const proto::TileMesh* {
-    if (grid.closes) column = static_cast<std::int32_t>(proto::modulo(column, grid.across));
-    if (column < 0 || row < 0 || column >= grid.across || row >= grid.up) return nullptr;
-    const auto& block = blocks_[static_cast<std::size_t>(row * grid.across + column)];
-    return block ? &(*block)->mesh : nullptr;
+    const auto k = grid.number_at(column, row);
+    return k && blocks_[static_cast<std::size_t>(*k)] ? &(*blocks_[static_cast<std::size_t>(*k)])->mesh : nullptr;
   };
   return std::optional<Above>(
       Above{std::move(ground_), joined_mesh({grid.across, grid.up, static_cast<std::int32_t>(side), mesh_at})});

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <stdexcept>
+#include <utility>
 
 #include "gpu/exact/side_chain.h"
 #include "pipeline/tile/border.h"
@@ -78,42 +79,60 @@ class Joining {
 
 BlockMesh joined_mesh(const MeshSquares& squares) { return Joining(squares).mesh(); }
 
+namespace {
+constexpr std::uint32_t kUnnumbered = UINT32_MAX;
+}
+
+MeshParts::MeshParts(const BlockMesh& mesh) : mesh_(mesh), number_(mesh.vertices(), kUnnumbered) {}
+
+std::vector<std::uint32_t> MeshParts::vertices_of(const std::vector<std::uint32_t>& triangles) {
+  std::vector<std::uint32_t> vertices;
+  for (const std::uint32_t t : triangles) {
+    for (const std::uint32_t v : mesh_.triangles[t]) {
+      if (std::exchange(number_[v], 0) == kUnnumbered) vertices.push_back(v);
+    }
+  }
+  for (const std::uint32_t v : vertices) number_[v] = kUnnumbered;
+  return vertices;
+}
+
+proto::TileMesh MeshParts::part(const std::vector<std::uint32_t>& vertices, const std::vector<std::uint32_t>& triangles,
+                                std::int64_t dx, std::int64_t dy) {
+  proto::TileMesh part;
+  for (const std::uint32_t v : vertices) {
+    number_[v] = static_cast<std::uint32_t>(part.vertices());
+    part.x.push_back(static_cast<std::int32_t>(mesh_.x[v] + dx));
+    part.y.push_back(static_cast<std::int32_t>(mesh_.y[v] + dy));
+    part.height.push_back(mesh_.height[v]);
+    part.mark.push_back(mesh_.is_void[v] ? proto::kVoid : 0);
+  }
+  part.triangles.reserve(triangles.size());
+  for (const std::uint32_t t : triangles) {
+    const auto& [a, b, c] = mesh_.triangles[t];
+    part.triangles.push_back({number_[a], number_[b], number_[c]});
+  }
+  for (const std::uint32_t v : vertices) number_[v] = kUnnumbered;
+  return part;
+}
+
 std::vector<proto::TileMesh> cut_mesh(const BlockMesh& mesh, std::int32_t across, std::int32_t up, std::int32_t side) {
-  constexpr std::uint32_t kUnnumbered = UINT32_MAX;
   std::vector<std::vector<std::uint32_t>> triangles(static_cast<std::size_t>(across * up));
+  std::vector<std::uint8_t> has_data(triangles.size());
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& c = mesh.triangles[t];
     const std::int32_t x = std::min({mesh.x[c[0]], mesh.x[c[1]], mesh.x[c[2]]}) / side,
                        y = std::min({mesh.y[c[0]], mesh.y[c[1]], mesh.y[c[2]]}) / side;
-    triangles[static_cast<std::size_t>(y * across + x)].push_back(t);
+    const auto k = static_cast<std::size_t>(y * across + x);
+    triangles[k].push_back(t);
+    for (const std::uint32_t v : c) has_data[k] |= static_cast<std::uint8_t>(mesh.is_void[v] == 0);
   }
   std::vector<proto::TileMesh> squares(triangles.size());
-  std::vector<std::uint32_t> number(mesh.vertices(), kUnnumbered);
+  MeshParts cut(mesh);
   for (std::size_t k = 0; k < squares.size(); ++k) {
     const auto column = static_cast<std::int32_t>(k) % across, row = static_cast<std::int32_t>(k) / across;
-    proto::TileMesh& square = squares[k];
-    std::vector<std::uint32_t> taken;
-    bool has_data = false;
-    for (const std::uint32_t t : triangles[k]) {
-      std::array<std::uint32_t, 3> corners;
-      for (std::size_t n = 0; n < 3; ++n) {
-        const std::uint32_t v = mesh.triangles[t][n];
-        if (number[v] == kUnnumbered) {
-          number[v] = static_cast<std::uint32_t>(square.vertices());
-          taken.push_back(v);
-          square.x.push_back(mesh.x[v] - column * side);
-          square.y.push_back(mesh.y[v] - row * side);
-          square.height.push_back(mesh.height[v]);
-          square.mark.push_back(mesh.is_void[v] ? proto::kVoid : 0);
-          has_data = has_data || !mesh.is_void[v];
-        }
-        corners[n] = number[v];
-      }
-      square.triangles.push_back(corners);
-    }
-    square.side = side;
-    for (const std::uint32_t v : taken) number[v] = kUnnumbered;
-    if (!has_data) square = {};
+    if (!has_data[k]) continue;
+    squares[k] = cut.part(cut.vertices_of(triangles[k]), triangles[k], -std::int64_t{column} * side, -std::int64_t{row} * side);
+    squares[k].side = side;
   }
   return squares;
 }

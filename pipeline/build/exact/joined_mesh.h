@@ -21,6 +21,21 @@ struct MeshSquares {
 /// differ on their common side.
 gpu::exact::BlockMesh joined_mesh(const MeshSquares& squares);
 
+/// Cuts parts out of a mesh, one after the other. Borrows it.
+class MeshParts {
+ public:
+  explicit MeshParts(const gpu::exact::BlockMesh& mesh);
+  /// That these triangles have, each once, as they come.
+  std::vector<std::uint32_t> vertices_of(const std::vector<std::uint32_t>& triangles);
+  /// Of these triangles and their vertices, in this order, moved by (dx, dy). Its side is left to the caller.
+  proto::TileMesh part(const std::vector<std::uint32_t>& vertices, const std::vector<std::uint32_t>& triangles, std::int64_t dx,
+                       std::int64_t dy);
+
+ private:
+  const gpu::exact::BlockMesh& mesh_;
+  std::vector<std::uint32_t> number_;  ///< in the part; indexed by the mesh's vertices, between parts that of none
+};
+
 /// Squares of a mesh that has no triangle across their sides, by rows from the south-west. Those that are void throughout have
 /// no vertex.
 std::vector<proto::TileMesh> cut_mesh(const gpu::exact::BlockMesh& mesh, std::int32_t across, std::int32_t up, std::int32_t side);

@@ -52,14 +52,17 @@ class QuarterGrid {
   std::int32_t side() const { return side_; }
 
  private:
-  /// Pairs from multiples of two on, shifted.
+  /// Pairs from multiples of two on, shifted. Around the circle they are whole; else the first and the last may be halves.
   static std::vector<std::pair<std::int64_t, std::int32_t>> spans(std::int64_t from, std::int64_t to, std::int64_t shift,
                                                                   bool around) {
     std::vector<std::pair<std::int64_t, std::int32_t>> all;
+    if (around) {
+      for (std::int64_t first = shift; first < to; first += 2) all.emplace_back(first, 2);
+      return all;
+    }
     for (std::int64_t first = proto::floor_divide(from - shift, 2) * 2 + shift; first < to; first += 2) {
-      const std::int64_t begin = around ? first : std::max(first, from), end = around ? first + 2 : std::min(first + 2, to);
-      if (around && first < from) continue;  // the last one holds it
-      all.emplace_back(begin, static_cast<std::int32_t>(end - begin));
+      const std::int64_t begin = std::max(first, from);
+      all.emplace_back(begin, static_cast<std::int32_t>(std::min(first + 2, to) - begin));
     }
     return all;
   }
