@@ -6,7 +6,7 @@
 // level, the vertices of the level below, and regions need not know each other. Where tiles are larger than quarters, sides of
 // quarters are lines all the same, and a tile is put together from several regions. A quarter without data is void triangles that
 // fit its neighbours; a region of such ones is not made. Memory is that of the regions that are
-// made at once, 0.8 GB each, and of the finer level's mesh.
+// made at once, some 0.6 GB each, and of the finer level's mesh.
 #include <atomic>
 #include <cstdint>
 
