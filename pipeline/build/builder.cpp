@@ -342,10 +342,11 @@ void Builder::gather_for_merge() {
   gathered_->begin();
 }
 
-proto::Result<FinishedTask> Builder::merge_at_once(const ChildMesh& mesh_of) {
+proto::Result<FinishedTask> Builder::merge_at_once(const ChildMesh& mesh_of, const std::function<void(double)>& share) {
   if (by_regions()) {
     exact_.give_back_memory();  // of a large ground's it is a good part
-    return build_regions_above(plan_, mesh_of, {exact_, workers_, stop_, regions_at_once(workers_.threads(), room_.memory_mib)},
+    return build_regions_above(plan_, mesh_of,
+                               {exact_, workers_, stop_, share, regions_at_once(workers_.threads(), room_.memory_mib)},
                                room_.quarter_side > 0 ? room_.quarter_side : kQuarterSide);
   }
   constexpr std::size_t kManyBlocks = 64;
@@ -361,14 +362,15 @@ proto::Result<FinishedTask> Builder::merge_at_once(const ChildMesh& mesh_of) {
   }
   std::vector<proto::TileAddress> consumed = gathered->those_with_a_mesh();
   gathered.reset();  // its meshes are one by now
-  auto task = build_exact_above(plan_, std::move(**above), exact_, workers_);
+  auto task = build_exact_above(plan_, std::move(**above), exact_, workers_, share);
   if (stop_) return kCancelled;
   if (task.ok()) task->consumed = std::move(consumed);
   return task;
 }
 
-proto::Result<FinishedTask> Builder::merge(const proto::TileAddress& node, const ChildMesh& mesh_of) {
-  if (merged_at_once(plan_)) return merge_at_once(mesh_of);
+proto::Result<FinishedTask> Builder::merge(const proto::TileAddress& node, const ChildMesh& mesh_of,
+                                           const std::function<void(double)>& share) {
+  if (merged_at_once(plan_)) return merge_at_once(mesh_of, share);
   FinishedTask task;
   task.node = node;
   std::array<BuiltTile, 4> tiles;

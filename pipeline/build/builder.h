@@ -67,7 +67,9 @@ class Builder {
   /// process made them, it is read.
   void gather_for_merge();
   /// One parent above the blocks; where these are merged at once, all levels above them. It asks for those of nodes_below().
-  proto::Result<FinishedTask> merge(const proto::TileAddress& node, const ChildMesh& mesh_of);
+  /// share: as of block().
+  proto::Result<FinishedTask> merge(const proto::TileAddress& node, const ChildMesh& mesh_of,
+                                    const std::function<void(double)>& share);
 
   /// The finest samples of a node, and two cells of its level around it. Empty where the source knows that it has no data there.
   proto::Result<proto::Samples> read(const proto::TileAddress& node);
@@ -78,7 +80,7 @@ class Builder {
   std::vector<raster::PixelPoint> pixels_in(const proto::TileAddress& tile, unsigned worker);
   bool is_empty(const raster::Source::Window& window);
   bool by_regions() const;  ///< levels above blocks are made, and of one ground else
-  proto::Result<FinishedTask> merge_at_once(const ChildMesh& mesh_of);
+  proto::Result<FinishedTask> merge_at_once(const ChildMesh& mesh_of, const std::function<void(double)>& share);
   proto::Result<FinishedTask> tiles_of_block(const proto::TileAddress& node, const std::function<void(double)>& share,
                                              const FinestSink& finest);
   proto::Result<FinishedTask> exact_block(const proto::TileAddress& node, const std::function<void(double)>& share,

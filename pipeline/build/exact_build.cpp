@@ -1,6 +1,7 @@
 #include "pipeline/build/exact_build.h"
 
 #include <algorithm>
+#include <cmath>
 #include <future>
 #include <optional>
 
@@ -213,9 +214,10 @@ namespace {
 /// Levels above blocks. While the engine makes one, the tiles of those before it are finished.
 class AboveBuild {
  public:
-  AboveBuild(const proto::Plan& plan, Above above, Workers& workers)
+  AboveBuild(const proto::Plan& plan, Above above, Workers& workers, const std::function<void(double)>& share)
       : plan_(plan),
         workers_(workers),
+        share_(share),
         place_(place_above(plan)),
         curve_(curve_of(plan, place_)),
         lattice_(lattice_of(plan)),
@@ -267,6 +269,7 @@ class AboveBuild {
     const int z = static_cast<int>(plan_.block_level()) - 1 - static_cast<int>(l);
     under_way_.push_back(
         std::async(std::launch::async, [this, z, west, kept = std::move(mesh)] { return finished(z, west, kept); }));
+    share_(1 - std::exp2(-1 - static_cast<double>(l)));  // a level has fewer vertices than the one below it
   }
   std::vector<EncodedTile> finished(int z, std::int64_t west, const BlockMesh& mesh) {
     const LevelContext context{&lattice_, &level_plan(plan_, z), plan_.promise(), nullptr};
@@ -279,6 +282,7 @@ class AboveBuild {
 
   const proto::Plan& plan_;
   Workers& workers_;
+  const std::function<void(double)>& share_;
   const BlockPlace place_;
   const BlockCurve curve_;
   const proto::Lattice lattice_;
@@ -290,10 +294,10 @@ class AboveBuild {
 }  // namespace
 
 proto::Result<FinishedTask> build_exact_above(const proto::Plan& plan, Above above, ExactSimplifiers& simplifiers,
-                                              Workers& workers) {
+                                              Workers& workers, const std::function<void(double)>& share) {
   FinishedTask task;
   task.node = node_above(plan);
-  auto tiles = AboveBuild(plan, std::move(above), workers).run(simplifiers);
+  auto tiles = AboveBuild(plan, std::move(above), workers, share).run(simplifiers);
   if (!tiles.ok()) return tiles.problem();
   task.tiles = std::move(*tiles);
   return task;

@@ -36,8 +36,8 @@ proto::Result<FinishedTask> build_exact_block(const proto::Plan& plan, const pro
                                               const proto::Samples& samples, ExactSimplifiers& simplifiers,
                                               const BlockReaders& team, const std::function<void(double)>& share);
 
-/// All tiles above the blocks, see merged_at_once.
+/// All tiles above the blocks, see merged_at_once. share: as in Builder::block, by one thread.
 proto::Result<FinishedTask> build_exact_above(const proto::Plan& plan, Above above, ExactSimplifiers& simplifiers,
-                                              Workers& workers);
+                                              Workers& workers, const std::function<void(double)>& share);
 
 }  // namespace cordillera::pipeline

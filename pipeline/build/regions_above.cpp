@@ -118,6 +118,7 @@ class RegionsBuild {
     std::vector<MadeRegion> made(regions.size());
     std::map<std::pair<std::int64_t, std::int64_t>, proto::TileMesh> quarters;
     std::map<proto::TileAddress, std::vector<BuiltTile>> pieces;
+    double done = 0;
     const auto make = [&](std::size_t k) { return make_region(context, l, regions[k], made[k]); };
     const auto take = [&](std::size_t k, FinishedTask&& task) -> proto::Result<void> {
       std::move(task.tiles.begin(), task.tiles.end(), std::back_inserter(tiles));
@@ -129,11 +130,14 @@ class RegionsBuild {
           quarters.emplace(quarters_.key(regions[k].column + column, regions[k].row + row), std::move(made[k].quarters[n]));
       }
       made[k] = {};
+      // All levels read the same, which is most of what they take.
+      team_.share((static_cast<double>(l) + ++done / static_cast<double>(regions.size())) /
+                  static_cast<double>(levels_.levels.size()));
       return {};
     };
-    const auto done = in_flight(
+    const auto all_made = in_flight(
         regions.size(), [&] { return team_.at_once; }, make, take);
-    if (!done.ok()) return done;
+    if (!all_made.ok()) return all_made;
     before_ = std::move(quarters);
     std::vector<BuiltTile> whole;
     for (auto& [at, parts] : pieces) whole.push_back(put_together(parts));

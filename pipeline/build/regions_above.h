@@ -9,6 +9,7 @@
 // made at once, some 0.6 GB each, and of the finer level's mesh.
 #include <atomic>
 #include <cstdint>
+#include <functional>
 
 #include "pipeline/build/exact/exact_simplifiers.h"
 #include "pipeline/build/exact/gathered_blocks.h"
@@ -24,7 +25,8 @@ struct RegionsTeam {
   ExactSimplifiers& simplifiers;
   Workers& workers;
   const std::atomic<bool>& stop;
-  std::size_t at_once = 1;  ///< regions, side by side
+  const std::function<void(double)>& share;  ///< how much is done, 0 to 1; called by one thread
+  std::size_t at_once = 1;                   ///< regions, side by side
 };
 
 /// All tiles above the blocks. quarter_side: a power of two, no less than a block's side, and at most half of the circle.

@@ -26,10 +26,6 @@ namespace {
 class Done {
  public:
   Done(Teller& teller, double before) : teller_(teller), sum_(before) {}
-  void add(double part) {
-    const std::lock_guard lock(mutex_);
-    teller_.tell(sum_ += part);
-  }
   /// For a task of so much: tells what its share has grown by.
   std::function<void(double)> of(double all) {
     return [this, all, told = std::make_shared<double>(0)](double share) {
@@ -183,15 +179,16 @@ proto::Result<void> merge_upwards(const Site& site, const Stages& stages) {
   for (const std::vector<proto::TileAddress>& nodes : left) {
     const auto make = [&](std::size_t k) -> proto::Result<FinishedTask> {
       if (site.stop) return kCancelled;
-      return site.shop.builder.merge(nodes[k], [&](const proto::TileAddress& child) { return site.store.mesh(child); });
+      const auto tell = done.of(1);
+      auto task = site.shop.builder.merge(
+          nodes[k], [&](const proto::TileAddress& child) { return site.store.mesh(child); }, tell);
+      if (task.ok()) tell(1);
+      return task;
     };
     // A merge is one tile: as many side by side as there are threads.
     const auto merged = in_flight(
         nodes.size(), [&] { return site.shop.workers.threads(); }, make,
-        [&](std::size_t, FinishedTask&& task) {
-          done.add(1);
-          return commit(site, task);
-        });
+        [&](std::size_t, FinishedTask&& task) { return commit(site, task); });
     if (!merged.ok()) return merged.problem();
   }
   return {};

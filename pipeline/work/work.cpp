@@ -50,10 +50,11 @@ class Worker {
       if (const auto ready = builder_.prepare(); !ready.ok()) return ready.problem();
       ready_ = true;
     }
-    return task.sources_size() > 0 ? builder_.block(address_of(task), [](double) {}) : merge(task);
+    return task.sources_size() > 0 ? builder_.block(address_of(task), told_to_nobody) : merge(task);
   }
 
  private:
+  static void told_to_nobody(double) {}
   /// A merge reads no raster.
   proto::Result<std::unique_ptr<raster::Source>> open(bool blocks) const {
     return blocks ? open_source(request_) : proto::Result<std::unique_ptr<raster::Source>>(nullptr);
@@ -61,10 +62,13 @@ class Worker {
 
   proto::Result<FinishedTask> merge(const proto::WorkTask& task) {
     using Mesh = proto::Result<std::optional<std::string>>;
-    return builder_.merge(address_of(task), [&](const proto::TileAddress& child) -> Mesh {
-      const auto found = below_.find(child);
-      return found == below_.end() ? Mesh(std::nullopt) : read_shard_mesh(folder_, *found->second);
-    });
+    return builder_.merge(
+        address_of(task),
+        [&](const proto::TileAddress& child) -> Mesh {
+          const auto found = below_.find(child);
+          return found == below_.end() ? Mesh(std::nullopt) : read_shard_mesh(folder_, *found->second);
+        },
+        told_to_nobody);
   }
 
   const proto::WorkPlan& plan_;

@@ -1,14 +1,21 @@
 // Levels above the blocks of rasters that are more than one ground may hold: region by region.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <map>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "pipeline/build/build.h"
+#include "pipeline/build/builder.h"
 #include "pipeline/check/check.h"
 #include "pipeline/plan/block_grid.h"
+#include "pipeline/plan/plan.h"
 #include "raster/mosaic/mosaic.h"
 #include "tests/whole/above_blocks.h"
 
@@ -91,6 +98,56 @@ TEST(Regions, give_way_to_merges) {
   const auto report = pipeline::check::check_store(request.store_path, nullptr);
   ASSERT_TRUE(report.ok()) << report.problem().line();
   for (const auto& finding : report->findings.kept()) ADD_FAILURE() << finding.where << ": " << finding.what;
+}
+
+/// What is said to be done of the levels above the blocks, each time.
+std::vector<double> shares_above_blocks(std::int32_t quarter_side) {
+  const Folder folder;
+  write(points_of({13, 4500 * kTile - 350, 3000 * kTile + 300}, 1500, 1300, rough(8)), folder.path("dem.tif"));
+  pipeline::BuildRequest request;
+  request.raster_path = folder.path("dem.tif");
+  request.id = "test";
+  request.options = exact(10);
+  request.options.set_max_level(13);
+  request.block_samples = kSmallBlock;
+  request.quarter_side = quarter_side;
+  auto source = pipeline::open_source(request);
+  if (!source.ok()) throw std::runtime_error(source.problem().line());
+  const auto plan = pipeline::plan_of(request, **source);
+  if (!plan.ok()) throw std::runtime_error(plan.problem().line());
+  const std::atomic<bool> stop{false};
+  pipeline::Workers workers(2);
+  pipeline::Builder builder(
+      *plan, workers, [&] { return pipeline::open_source(request); }, {"cpu", 0, quarter_side}, stop);
+  if (const auto ready = builder.prepare(); !ready.ok()) throw std::runtime_error(ready.problem().line());
+  std::map<proto::TileAddress, std::string> left;
+  for (const proto::TileAddress& node : pipeline::touched_tiles(*plan, static_cast<int>(plan->block_level()))) {
+    auto block = builder.block(node, [](double) {});
+    if (!block.ok()) throw std::runtime_error(block.problem().line());
+    if (block->mesh) left[node] = block->mesh->second;
+  }
+  std::vector<double> shares;
+  const auto above = builder.merge(
+      pipeline::node_above(*plan),
+      [&](const proto::TileAddress& node) -> proto::Result<std::optional<std::string>> {
+        return left.contains(node) ? std::optional(left[node]) : std::nullopt;
+      },
+      [&](double share) { shares.push_back(share); });
+  if (!above.ok()) throw std::runtime_error(above.problem().line());
+  EXPECT_EQ(above->consumed.size(), left.size());
+  return shares;
+}
+
+TEST(Regions, say_how_much_of_the_levels_above_blocks_is_done) {
+  for (const std::int32_t quarter_side : {0, kQuarter}) {
+    const std::vector<double> shares = shares_above_blocks(quarter_side);
+    ASSERT_GE(shares.size(), 10u) << quarter_side;  // levels
+    EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end())) << quarter_side;
+    EXPECT_GT(shares.front(), 0) << quarter_side;
+    EXPECT_LE(shares.front(), 0.5) << quarter_side;
+    EXPECT_GT(shares.back(), 0.99) << quarter_side;
+    EXPECT_LE(shares.back(), 1) << quarter_side;
+  }
 }
 
 }  // namespace
