@@ -45,9 +45,8 @@ proto::Result<proto::Manifest> collect(const proto::WorkPlan& plan, const std::s
   for (const proto::WorkStage& stage : plan.stages()) {
     for (const proto::WorkTask& task : stage.tasks()) {
       if (stop) return kCancelled;
-      auto finished = read_shard(folder, task);
+      auto finished = read_shard_tiles(folder, task);
       if (!finished.ok()) return finished.problem();
-      finished->mesh.reset();  // for the task above, which is done
       if (const auto committed = (*store)->commit(*finished); !committed.ok()) return committed.problem();
     }
   }

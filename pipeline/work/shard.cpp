@@ -35,6 +35,36 @@ std::optional<Head> head_of(const std::string& bytes) {
               bytes.substr(24 + kHash, kHash)};
 }
 
+/// Tiles and water masks; without what was left for the task above.
+proto::Result<FinishedTask> tiles_of(std::string_view bytes, const Head& head, const std::string& path,
+                                     const proto::WorkTask& task) {
+  proto::Shard shard;
+  if (content_hash(bytes) != head.tiles_hash || !shard.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())) ||
+      shard.key() != task.key()) {
+    return damaged(path, task);
+  }
+  FinishedTask finished;
+  finished.node = address_of(task);
+  for (proto::ShardTile& tile : *shard.mutable_tiles()) {
+    finished.tiles.push_back({std::move(*tile.mutable_record()), std::move(*tile.mutable_drc()), std::move(*tile.mutable_glb())});
+  }
+  for (proto::ShardWater& mask : *shard.mutable_water()) {
+    finished.water.push_back(
+        {{static_cast<int>(mask.level()), static_cast<std::int32_t>(mask.x()), static_cast<std::int32_t>(mask.y())},
+         std::move(*mask.mutable_packed())});
+  }
+  return finished;
+}
+
+proto::Result<Head> read_head(const std::string& path, const proto::WorkTask& task) {
+  const auto first = raster::read_range(path, 0, kHead);
+  if (!first.ok()) return first.problem();
+  if (!*first) return missing(path, task);
+  const auto head = head_of(**first);
+  if (!head) return damaged(path, task);
+  return *head;
+}
+
 }  // namespace
 
 std::string shard_path(const std::string& folder, const std::string& key) {
@@ -76,33 +106,27 @@ proto::Result<FinishedTask> read_shard(const std::string& folder, const proto::W
   const auto head = head_of(**bytes);
   if (!head || (*bytes)->size() != kHead + head->mesh + head->tiles) return damaged(path, task);
   const std::string mesh = (*bytes)->substr(kHead, head->mesh);
-  const std::string_view tiles = std::string_view(**bytes).substr(kHead + head->mesh);
-  proto::Shard shard;
-  if (content_hash(mesh) != head->mesh_hash || content_hash(tiles) != head->tiles_hash ||
-      !shard.ParseFromArray(tiles.data(), static_cast<int>(tiles.size())) || shard.key() != task.key()) {
-    return damaged(path, task);
-  }
-  FinishedTask finished;
-  finished.node = address_of(task);
-  if (!mesh.empty()) finished.mesh = {finished.node, mesh};
-  for (proto::ShardTile& tile : *shard.mutable_tiles()) {
-    finished.tiles.push_back({std::move(*tile.mutable_record()), std::move(*tile.mutable_drc()), std::move(*tile.mutable_glb())});
-  }
-  for (proto::ShardWater& mask : *shard.mutable_water()) {
-    finished.water.push_back(
-        {{static_cast<int>(mask.level()), static_cast<std::int32_t>(mask.x()), static_cast<std::int32_t>(mask.y())},
-         std::move(*mask.mutable_packed())});
-  }
+  if (content_hash(mesh) != head->mesh_hash) return damaged(path, task);
+  auto finished = tiles_of(std::string_view(**bytes).substr(kHead + head->mesh), *head, path, task);
+  if (finished.ok() && !mesh.empty()) finished->mesh = {finished->node, mesh};
   return finished;
+}
+
+proto::Result<FinishedTask> read_shard_tiles(const std::string& folder, const proto::WorkTask& task) {
+  const std::string path = shard_path(folder, task.key());
+  const auto head = read_head(path, task);
+  if (!head.ok()) return head.problem();
+  const auto tiles = raster::read_range(path, kHead + head->mesh, head->tiles);
+  if (!tiles.ok()) return tiles.problem();
+  if (!*tiles) return missing(path, task);
+  if ((*tiles)->size() != head->tiles) return damaged(path, task);
+  return tiles_of(**tiles, *head, path, task);
 }
 
 proto::Result<std::optional<std::string>> read_shard_mesh(const std::string& folder, const proto::WorkTask& task) {
   const std::string path = shard_path(folder, task.key());
-  const auto first = raster::read_range(path, 0, kHead);
-  if (!first.ok()) return first.problem();
-  if (!*first) return missing(path, task);
-  const auto head = head_of(**first);
-  if (!head) return damaged(path, task);
+  const auto head = read_head(path, task);
+  if (!head.ok()) return head.problem();
   if (head->mesh == 0) return std::optional<std::string>();
   auto mesh = raster::read_range(path, kHead, head->mesh);
   if (!mesh.ok()) return mesh.problem();

@@ -20,6 +20,8 @@ proto::Result<void> write_shard(const std::string& folder, const proto::WorkTask
 
 /// Reads, and compares hashes and key. "shard-missing" or "shard-damaged" name the task and the file.
 proto::Result<FinishedTask> read_shard(const std::string& folder, const proto::WorkTask& task);
+/// The same without the mesh, which is not read, and so not compared: of a large raster it is most of a shard.
+proto::Result<FinishedTask> read_shard_tiles(const std::string& folder, const proto::WorkTask& task);
 /// Of the shard the mesh alone; nullopt where the task left none.
 proto::Result<std::optional<std::string>> read_shard_mesh(const std::string& folder, const proto::WorkTask& task);
 

@@ -131,11 +131,13 @@ static proto::Result<std::optional<std::string>> not_there(const std::string& pa
 
 proto::Result<std::optional<std::string>> read_range(const std::string& path, std::uint64_t offset, std::uint64_t count) {
   const GdalScope scope(Trust::operator_file);
-  if (!size_of(path)) return not_there(path);
+  const auto all = size_of(path);
+  if (!all) return not_there(path);
   const File file(VSIFOpenL(path.c_str(), "rb"));
   if (!file || VSIFSeekL(file.get(), offset, SEEK_SET) != 0) return read_problem(path, scope.message("", ""));
-  std::string bytes(count, '\0');
-  bytes.resize(VSIFReadL(bytes.data(), 1, count, file.get()));
+  // A file that is damaged may say that there is more than any memory holds.
+  std::string bytes(std::min(count, *all - std::min(offset, *all)), '\0');
+  bytes.resize(VSIFReadL(bytes.data(), 1, bytes.size(), file.get()));
   if (scope.failed()) return read_problem(path, scope.message("", ""));
   return std::optional(std::move(bytes));
 }

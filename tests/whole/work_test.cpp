@@ -243,19 +243,22 @@ TEST_F(Work, what_is_missing_or_damaged_is_named_and_nothing_is_published) {
   EXPECT_EQ(refused.problem().type, "shards-missing");
   EXPECT_THAT(refused.problem().detail, testing::HasSubstr("stage 0 task 1"));
   fs::rename(shard + ".away", shard);
-  {
-    std::fstream file(shard, std::ios::in | std::ios::out | std::ios::binary);
-    file.seekp(-5, std::ios::end);
-    file.put('x');
+  constexpr std::streamoff kLengthOfTiles = 16;
+  for (const auto& [at, from] : {std::pair(std::streamoff{-5}, std::ios::end), std::pair(kLengthOfTiles + 6, std::ios::beg)}) {
+    {
+      std::fstream file(shard, std::ios::in | std::ios::out | std::ios::binary);
+      file.seekp(at, from);
+      file.put('x');
+    }
+    refused = publish(plan, "out.sqlite");
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.problem().type, "shard-damaged");
+    EXPECT_FALSE(fs::exists(folder_.path("out.sqlite")));
+    // Work makes it anew, and no other.
+    done_ = 0;
+    ASSERT_TRUE(stage(plan, 0).ok());
+    EXPECT_EQ(done_, 1);
   }
-  refused = publish(plan, "out.sqlite");
-  ASSERT_FALSE(refused.ok());
-  EXPECT_EQ(refused.problem().type, "shard-damaged");
-  EXPECT_FALSE(fs::exists(folder_.path("out.sqlite")));
-  // Work makes it anew, and no other.
-  done_ = 0;
-  ASSERT_TRUE(stage(plan, 0).ok());
-  EXPECT_EQ(done_, 1);
   EXPECT_TRUE(publish(plan, "out.sqlite").ok());
   // A full disk may have room tomorrow.
   refused = publish(plan, "no such folder/out.sqlite");
