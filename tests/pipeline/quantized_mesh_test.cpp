@@ -163,6 +163,13 @@ TEST_P(QuantizedMeshIn, NeighboursHaveTheSameLineAndNormals) {
   EXPECT_GT(rough, 40U);
 }
 
+/// Where a vertex stands on its side, in the order in which CesiumJS sorts it: the western side and the northern one rising, the
+/// others falling.
+int along_as_cesium_sorts(const DecodedTerrain& tile, std::size_t side, std::uint32_t v) {
+  const int along = tile.vertices[v][side % 2 == 0 ? 1 : 0];
+  return side == 0 || side == 3 ? along : -along;
+}
+
 TEST_P(QuantizedMeshIn, SideListsAreCompleteAndInOrder) {
   for (const auto& [at, tile] : all_tiles(GetParam())) {
     for (std::size_t side = 0; side < 4; ++side) {
@@ -172,13 +179,35 @@ TEST_P(QuantizedMeshIn, SideListsAreCompleteAndInOrder) {
       }
       EXPECT_EQ(std::set<std::uint32_t>(tile.sides[side].begin(), tile.sides[side].end()), wanted) << name(at);
       EXPECT_EQ(tile.sides[side].size(), wanted.size());
-      const auto along = [&](std::uint32_t v) { return tile.vertices[v][side % 2 == 0 ? 1 : 0]; };
+      const auto along = [&](std::uint32_t v) { return along_as_cesium_sorts(tile, side, v); };
       EXPECT_TRUE(
           std::is_sorted(tile.sides[side].begin(), tile.sides[side].end(), [&](auto a, auto b) { return along(a) < along(b); }));
-      EXPECT_EQ(along(tile.sides[side].front()), 0);
-      EXPECT_EQ(along(tile.sides[side].back()), kMost);
+      EXPECT_EQ(along(tile.sides[side].back()) - along(tile.sides[side].front()), kMost);
     }
   }
+}
+
+// A side's vertices that follow each other are an edge of the surface, also where a wall stands on the side.
+TEST_P(QuantizedMeshIn, SkirtsHangOnEdges) {
+  std::array<int, 4> walls{};
+  for (const auto& [at, tile] : all_tiles(GetParam())) {
+    std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
+    for (const auto& t : tile.triangles) {
+      for (std::size_t k = 0; k < 3; ++k) edges.insert(std::minmax(t[k], t[(k + 1) % 3]));
+    }
+    for (std::size_t side = 0; side < 4; ++side) {
+      const auto along = [&](std::uint32_t v) { return along_as_cesium_sorts(tile, side, v); };
+      std::vector<std::uint32_t> sorted = tile.sides[side];
+      std::stable_sort(sorted.begin(), sorted.end(), [&](auto a, auto b) { return along(a) < along(b); });
+      for (std::size_t k = 1; k < sorted.size(); ++k) {
+        if (along(sorted[k - 1]) == along(sorted[k]))
+          ++walls[side];
+        else
+          EXPECT_TRUE(edges.contains(std::minmax(sorted[k - 1], sorted[k]))) << name(at) << ", side " << side;
+      }
+    }
+  }
+  for (const int count : walls) EXPECT_GT(count, 5);
 }
 
 TEST(QuantizedMesh, DataKeepsItsHeightsUpToItsRim) {

@@ -95,7 +95,8 @@ class SurfaceMaker {
   }
 
   /// Where data and sea are above each other, first what the piece before ends with: the list is then one line without jumps
-  /// back.
+  /// back. The western side goes north and the northern one east, the eastern one south and the southern one west: CesiumJS sorts
+  /// them so, by u or v alone, before it hangs skirts on them, and what is at one place stays as it comes.
   std::vector<std::uint32_t> side_vertices(MeshSide side) const {
     const bool far = side == MeshSide::east || side == MeshSide::north;
     const SideLine& line = plan_.lines[static_cast<std::size_t>(side)];
@@ -117,6 +118,7 @@ class SurfaceMaker {
       if (sea != kNone && sea != data) found.push_back({along, data_first ? 1 : 0, sea});
     }
     std::sort(found.begin(), found.end());
+    if (side == MeshSide::south || side == MeshSide::east) std::reverse(found.begin(), found.end());
     std::vector<std::uint32_t> out;
     for (const Entry& entry : found) out.push_back(entry.number);
     return out;
