@@ -22,6 +22,7 @@ proto::Result<std::vector<BlockMesh>> Engine<Executor>::simplify_above(const Gro
   }
   lay_out_blocks({&block, 1}, plan, Holds::squares);
   blocks_[0].keeps_sides = true;
+  blocks_[0].field.code_unit = ground.code_unit;
   if (ground.cut_column > 0) blocks_[0].cut_x = ground.cut_column;
   if (ground.cut_row > 0) blocks_[0].cut_y = ground.cut_row;
   std::optional<proto::Result<RingMesh>> rings;

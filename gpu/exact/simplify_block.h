@@ -119,6 +119,7 @@ struct Ground {
   /// multiples of 8.
   std::int32_t cut_column = 0, cut_row = 0;
   Squares squares;
+  float code_unit = 0;  ///< of their codes, 2^-10 m: what they were made coarser by (coarser_code); 0: they were not
   std::span<const CurveRow> curve{};  ///< see Block, as what follows
   float curve_up = 0;
   double sample_m = 1;

@@ -63,7 +63,7 @@ class BlockBuild {
       task.node = node_;
       for (EncodedLevel& level : levels) std::move(level.tiles.begin(), level.tiles.end(), std::back_inserter(task.tiles));
       if (keeps_squares_)
-        task.mesh = {node_, to_bytes(kept_)};
+        task.mesh = {node_, to_bytes(kept_, code_unit(plan_))};
       else if (place_.merged_above)
         task.mesh = {node_, to_bytes(handed_up(levels))};
       return task;

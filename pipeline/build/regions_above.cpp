@@ -96,6 +96,7 @@ class RegionsBuild {
         block_side_(block_side(plan)),
         quarters_(plan, quarter_side),
         levels_(levels_above(plan)),
+        code_unit_(code_unit(plan)),
         left_(static_cast<std::size_t>(blocks_.across) * static_cast<std::size_t>(blocks_.up)) {}
 
   proto::Result<FinishedTask> run() {
@@ -220,7 +221,7 @@ class RegionsBuild {
       const auto bytes = mesh_of_(node_at(plan_, blocks_, blocks[n].number));
       if (!bytes.ok()) problems[n] = bytes.problem();
       if (!bytes.ok() || !*bytes) return;
-      auto left = kept_block_from(**bytes, block_side_, parts);
+      auto left = kept_block_from(**bytes, block_side_, code_unit_, parts);
       if (!left.ok())
         problems[n] = left.problem();
       else
@@ -332,6 +333,7 @@ class RegionsBuild {
   const std::int64_t block_side_;
   const QuarterGrid quarters_;
   const gpu::exact::BlockPlan levels_;
+  const float code_unit_;
   std::vector<std::uint8_t> left_;  ///< whether a block left something, once its region was read; indexed as node_at
   std::map<std::pair<std::int64_t, std::int64_t>, proto::TileMesh> before_;  ///< quarters of the level below
   IdleGrounds idle_;

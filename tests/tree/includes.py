@@ -36,6 +36,7 @@ HOMES = [
     ("google/protobuf/*", ["pipeline/tileset/manifest_json.cpp", "server/http/json.cpp"]),
     ("openssl/*", ["pipeline/store/content_hash.cpp", "server/http/digest.cpp"]),
     ("zlib.h", ["raster/open/archive.cpp", "pipeline/exports/gzip.cpp", "pipeline/store/water_mask.cpp", "server/front/codec.cpp"]),
+    ("zstd.h", ["pipeline/build/exact/kept_block.cpp"]),
     ("sqlite3.h", ["pipeline/store/sqlite.*", "pipeline/store/sqlite_object.cpp"]),
     ("boost/beast*", ["server/front/message/beast.cpp", "server/fetch/http_get.cpp"]),
     ("boost/asio*", ["pipeline/threads/workers.cpp", "server/front/*", "server/fetch/http_get.cpp", "server/jobs/job_queue.*", "server/cli/serve_command.cpp"]),

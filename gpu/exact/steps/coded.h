@@ -1,6 +1,7 @@
 #pragma once
 // Samples above blocks: a byte each, between the ends of what the plane of their square leaves open. So nearly all that samples
-// know is known, at a quarter of their memory.
+// know is known, at a quarter of their memory. Where a level needs less, bytes are made coarser (coarser_code), so that they can
+// be packed.
 #include "gpu/exact/steps/triangle.h"
 
 namespace cordillera::gpu::exact {
@@ -8,8 +9,21 @@ namespace cordillera::gpu::exact {
 inline constexpr std::uint8_t kCodedVoid = 0;
 inline constexpr float kCodeSteps = 127;  ///< from the plane to either end; the plane itself is 128
 
-/// How far a sample may be from what its byte says, 2^-10 m.
-CORDILLERA_HD inline float code_error(const BoundingPlane& plane) { return 0.5f * plane.off / kCodeSteps + 1; }
+/// How many steps from the plane to either end are told apart: as few as leave `unit` open (2^-10 m) and no more than a byte
+/// holds. Of ground that is calm for the levels above, that is 0, and its bytes are all the same.
+CORDILLERA_HD inline int code_steps(float off, float unit) {
+  if (off <= unit) return 0;
+  int steps = 1;
+  while (steps < static_cast<int>(kCodeSteps) && 0.5f * off > unit * static_cast<float>(steps)) steps = 2 * steps + 1;
+  return steps;
+}
+/// How far a sample may be from what its byte says, 2^-10 m. unit: see Field.
+CORDILLERA_HD inline float code_error(const BoundingPlane& plane, float unit) {
+  const auto steps = static_cast<float>(code_steps(plane.off, unit));
+  if (steps == 0) return plane.off + 1;
+  const float rounded = steps < kCodeSteps ? 1 / kCodeSteps : 0;  // to a byte, twice
+  return plane.off * (0.5f / steps + rounded) + 1;
+}
 
 /// The bytes of a square of 8, row by row; pads are void.
 struct CodeSamples {
@@ -37,6 +51,17 @@ struct CodeSamples {
   }
 };
 
+/// The byte that says the same in so many steps (code_steps). Whole numbers: a sample's byte, rounded twice, is half of such a
+/// step and two halves of a byte's away at the most.
+constexpr std::uint8_t coarser_code(std::uint8_t code, int steps) {
+  if (code == kCodedVoid || steps == static_cast<int>(kCodeSteps)) return code;
+  if (steps == 0) return 128;
+  constexpr int kMost = static_cast<int>(kCodeSteps);
+  const int above = code - 128, size = above < 0 ? -above : above, step = (2 * size * steps + kMost) / (2 * kMost),
+            rounded = (2 * step * kMost + steps) / (2 * steps);
+  return static_cast<std::uint8_t>(above < 0 ? 128 - rounded : 128 + rounded);
+}
+
 /// A row of a square of 8 against a triangle whose tolerance has been lessened by code_error.
 CORDILLERA_HD inline bool coded_row_fits(const Triangle& t, const Field& field, int sx, int y) {
   const int sy = y >> 3, east = least(8 * sx + 7, t.east);
@@ -51,7 +76,7 @@ CORDILLERA_HD inline bool coded_row_fits(const Triangle& t, const Field& field, 
 }
 CORDILLERA_HD inline Triangle less_code_error(Triangle t, const Field& field, int sx, int sy) {
   const BoundingPlane& plane = field.plane[0][sy * field.tier_stride[0] + sx];
-  if (plane.off >= 0) t.tolerance -= code_error(plane);
+  if (plane.off >= 0) t.tolerance -= code_error(plane, field.code_unit);
   return t;
 }
 CORDILLERA_HD inline bool coded_samples_fit(const Triangle& t, const Field& field, int sx, int sy) {
@@ -109,7 +134,7 @@ CORDILLERA_HD float bound_under(const Triangle& t, const Field& field, float mos
     }
     const float off = lanes.coded_error(t, field, s.x, s.y);
     if (off < 0) continue;
-    const float error = off + code_error(field.plane[0][s.y * field.tier_stride[0] + s.x]);
+    const float error = off + code_error(field.plane[0][s.y * field.tier_stride[0] + s.x], field.code_unit);
     if (error > asked.tolerance) asked.tolerance = error;
   }
   const float hidden = most - t.tolerance;  // what rounding and the earth's curve may add

@@ -70,9 +70,10 @@ CORDILLERA_HD constexpr bool stays_on_meridian(std::int32_t to_pole, std::int32_
 /// Rows are padded to whole squares of 8, and so are columns; pads lie outside of every triangle. Above the blocks samples are
 /// coded, see coded.h.
 struct Field {
-  const float* height = nullptr;            ///< indexed by y * stride + x; void: 0; null: samples are coded
-  const std::uint8_t* code = nullptr;       ///< 64 a square of 8
-  const Depth* depth = nullptr;             ///< indexed as height; null where the block has no voids, or coded samples
+  const float* height = nullptr;       ///< indexed by y * stride + x; void: 0; null: samples are coded
+  const std::uint8_t* code = nullptr;  ///< 64 a square of 8
+  float code_unit = 0;                 ///< what codes leave open of a sample where they could tell more, 2^-10 m; see code_steps
+  const Depth* depth = nullptr;        ///< indexed as height; null where the block has no voids, or coded samples
   const BoundingPlane* plane[kTiers] = {};  ///< indexed by square, y * tier_stride + x
   const Depth* tier_depth[kTiers] = {};     ///< indexed likewise; null where the block has no voids
   std::int32_t columns = 0, rows = 0, stride = 0;

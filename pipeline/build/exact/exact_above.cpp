@@ -53,6 +53,7 @@ void make_unknown(const proto::Plan& plan, const BlockPlace& place, Ground& grou
   ground.goes_on = {}, ground.cut_column = ground.cut_row = 0;
   ground.curve = {}, ground.curve_up = 0;
   ground.sample_m = sample_m(plan);
+  ground.code_unit = code_unit(plan);
   const std::size_t squares = ground.across() * ground.up();
   ground.squares.plane.assign(squares, {0, 0, 0, gpu::exact::kNothing});
   ground.squares.code.assign(64 * squares, 0);
@@ -96,6 +97,7 @@ Ground half_turned(const Ground& ground) {
   turned.goes_on = ground.goes_on, turned.cut_column = ground.cut_column;
   turned.curve = ground.curve, turned.curve_up = ground.curve_up;
   turned.sample_m = ground.sample_m;
+  turned.code_unit = ground.code_unit;
   const std::size_t across = ground.across() - 1;
   turned.squares.plane = half_turned_rows(ground.squares.plane, across, 1);
   turned.squares.code = half_turned_rows(ground.squares.code, across, 64);
@@ -159,6 +161,11 @@ gpu::exact::BlockPlan levels_above(const proto::Plan& plan) {
     if (l > 0) asked.tolerance_m = std::max(asked.tolerance_m, least_tolerance_m(levels.levels[l - 1], asked.height_step));
   }
   return levels;
+}
+
+float code_unit(const proto::Plan& plan) {
+  constexpr double kShare = 1.0 / 512;
+  return static_cast<float>(levels_above(plan).levels.front().tolerance_m / proto::kHeightStep_m * kShare);
 }
 
 }  // namespace cordillera::pipeline

@@ -9,7 +9,12 @@
 namespace cordillera::pipeline {
 
 GatheredBlocks::GatheredBlocks(const proto::Plan& plan, Workers& workers, const std::atomic<bool>& stop)
-    : plan_(plan), workers_(workers), stop_(stop), nodes_(nodes_below(plan, {})), blocks_(nodes_.size()) {}
+    : plan_(plan),
+      workers_(workers),
+      stop_(stop),
+      code_unit_(code_unit(plan)),
+      nodes_(nodes_below(plan, {})),
+      blocks_(nodes_.size()) {}
 
 double GatheredBlocks::bytes() const {
   constexpr double kBytesOfCell = 1.3;
@@ -26,7 +31,7 @@ void GatheredBlocks::make_ground() { ground_ = unknown_ground(plan_); }
 void GatheredBlocks::take(const FinishedTask& block) {
   const auto node = std::find(nodes_.begin(), nodes_.end(), block.node);
   if (!block.mesh || node == nodes_.end()) return;
-  auto kept = kept_block_from(block.mesh->second, lattice_of(plan_).tile_units(block.node.z));
+  auto kept = kept_block_from(block.mesh->second, lattice_of(plan_).tile_units(block.node.z), code_unit_);
   if (!kept.ok()) return;  // whoever reads it from the store says so
   std::shared_future<void>(ground_there_).wait();
   place(static_cast<std::size_t>(node - nodes_.begin()), std::move(*kept));
@@ -49,7 +54,7 @@ proto::Result<std::optional<Above>> GatheredBlocks::all(const MeshOf& mesh_of) {
     if (!bytes.ok())
       blocks_[k] = bytes.problem();
     else if (*bytes)
-      blocks_[k] = kept_block_from(**bytes, side);
+      blocks_[k] = kept_block_from(**bytes, side, code_unit_);
   };
   std::vector<std::size_t> left;
   for (std::size_t k = 0; k < count(); ++k) {

@@ -45,6 +45,7 @@ class GatheredBlocks {
   const proto::Plan& plan_;
   Workers& workers_;
   const std::atomic<bool>& stop_;
+  const float code_unit_;
   const std::vector<proto::TileAddress> nodes_;
   std::vector<std::optional<proto::Result<KeptBlock>>> blocks_;  ///< indexed as nodes_; without squares once these are placed
   std::atomic<bool> voids_{false};

@@ -51,6 +51,7 @@ gpu::exact::Field field_of(const gpu::exact::Ground& ground) {
   field.tier_stride[0] = static_cast<std::int32_t>(ground.across());
   field.plane[0] = ground.squares.plane.data();
   field.code = ground.squares.code.data();
+  field.code_unit = ground.code_unit;
   field.curve = {ground.curve.empty() ? nullptr : ground.curve.data(), ground.curve_up};
   return field;
 }
@@ -103,7 +104,7 @@ GroundMeter::Known GroundMeter::around(const std::array<gpu::MeshPoint, 3>& corn
       const int x = static_cast<int>(i), y = static_cast<int>(j);
       const bool none = field_.is_void_there(x, y);
       samples.height.push_back(none ? proto::kNoHeight : nearest(field_.height_at(x, y)));
-      if (!none) error = std::max(error, gpu::exact::code_error(field_.plane[0][field_.square_of(x, y)]));
+      if (!none) error = std::max(error, gpu::exact::code_error(field_.plane[0][field_.square_of(x, y)], field_.code_unit));
     }
   }
   known.error_m = (error + kRounded) * proto::kHeightStep_m;

@@ -1,46 +1,93 @@
 #include "pipeline/build/exact/kept_block.h"
 
+#include <zstd.h>
+
+#include <array>
 #include <bit>
-#include <cstring>
+#include <cstddef>
+#include <memory>
+#include <stdexcept>
 
 #include "block.pb.h"
+#include "gpu/exact/steps/coded.h"
 #include "pipeline/tile/mesh_record.h"
 
 namespace cordillera::pipeline {
+namespace {
 
-static_assert(std::endian::native == std::endian::little && sizeof(gpu::exact::BoundingPlane) == 4 * sizeof(float),
+using gpu::exact::BoundingPlane;
+
+static_assert(std::endian::native == std::endian::little && sizeof(BoundingPlane) == 4 * sizeof(float),
               "planes are stored as they are");
 
-std::string to_bytes(const KeptBlock& block) {
+/// The fastest: what is packed is read soon, and then dropped.
+constexpr int kLevel = 1;
+
+template <class Row>
+std::string pack(const Row& row) {
+  const std::size_t bytes = row.size() * sizeof(row[0]);
+  std::string packed(ZSTD_compressBound(bytes), '\0');
+  const std::size_t size = ZSTD_compress(packed.data(), packed.size(), row.data(), bytes, kLevel);
+  if (ZSTD_isError(size)) throw std::runtime_error(std::string("zstd: ") + ZSTD_getErrorName(size));
+  packed.resize(size);
+  return packed;
+}
+
+/// False: that is not what is packed there.
+template <class Row>
+bool unpack(const std::string& packed, std::size_t count, Row& row) {
+  row.resize(count);
+  const std::size_t bytes = count * sizeof(row[0]);
+  return ZSTD_decompress(row.data(), bytes, packed.data(), packed.size()) == bytes;
+}
+
+/// Codes of squares that many steps tell apart, all of one table.
+std::vector<std::uint8_t> coarser(const gpu::exact::Squares& squares, float unit) {
+  constexpr int kCodes = 256, kTables = 8;  // of 0, 1, 3 … 127 steps
+  std::array<std::array<std::uint8_t, kCodes>, kTables> tables;
+  for (int t = 0; t < kTables; ++t) {
+    for (int code = 0; code < kCodes; ++code)
+      tables[t][code] = gpu::exact::coarser_code(static_cast<std::uint8_t>(code), (1 << t) - 1);
+  }
+  std::vector<std::uint8_t> to(squares.code.size());
+  for (std::size_t s = 0; s < squares.plane.size(); ++s) {
+    const int steps = gpu::exact::code_steps(squares.plane[s].off, unit);
+    const auto& table = tables[std::bit_width(static_cast<unsigned>(steps))];
+    for (std::size_t k = 64 * s; k < 64 * s + 64; ++k) to[k] = table[squares.code[k]];
+  }
+  return to;
+}
+
+}  // namespace
+
+std::string to_bytes(const KeptBlock& block, float code_unit) {
   proto::KeptBlock record;
   *record.mutable_mesh() = record_of_mesh(block.mesh);
   const gpu::exact::Squares& squares = block.squares;
-  record.set_planes(
-      std::string(reinterpret_cast<const char*>(squares.plane.data()), squares.plane.size() * sizeof(gpu::exact::BoundingPlane)));
-  record.set_codes(std::string(squares.code.begin(), squares.code.end()));
-  record.set_depths(std::string(squares.depth.begin(), squares.depth.end()));
+  record.set_planes(pack(squares.plane));
+  record.set_codes(pack(coarser(squares, code_unit)));
+  if (!squares.depth.empty()) record.set_depths(pack(squares.depth));
+  record.set_code_unit(code_unit);
   return record.SerializeAsString();
 }
 
-proto::Result<KeptBlock> kept_block_from(const std::string& bytes, std::int64_t side, KeptParts parts) {
+proto::Result<KeptBlock> kept_block_from(const std::string& bytes, std::int64_t side, float code_unit, KeptParts parts) {
   const proto::Problem damaged{"store-damaged", "what a block left for the levels above it cannot be read",
                                "a dataset built anew", ""};
   proto::KeptBlock record;
-  if (!record.ParseFromString(bytes) || record.mesh().side() != side) return damaged;
-  auto mesh = parts != KeptParts::squares ? mesh_of_record(record.mesh()) : std::optional(proto::TileMesh());
-  const std::size_t across = static_cast<std::size_t>(record.mesh().side()) / 8 + 1, count = across * across;
-  if (!mesh || record.planes().size() != count * sizeof(gpu::exact::BoundingPlane) || record.codes().size() != 64 * count)
-    return damaged;
-  if (!record.depths().empty() && record.depths().size() != count) return damaged;
+  if (!record.ParseFromString(bytes) || record.mesh().side() != side || record.code_unit() != code_unit) return damaged;
   KeptBlock block;
-  block.mesh = std::move(*mesh);
+  if (parts != KeptParts::squares) {
+    auto mesh = mesh_of_record(record.mesh());
+    if (!mesh) return damaged;
+    block.mesh = std::move(*mesh);
+  }
   if (parts == KeptParts::mesh) return block;
   gpu::exact::Squares& squares = block.squares;
-  squares.plane.resize(count);
-  std::memcpy(squares.plane.data(), record.planes().data(), record.planes().size());
-  squares.code.assign(record.codes().begin(), record.codes().end());
-  squares.depth.assign(record.depths().begin(), record.depths().end());
-  return block;
+  const std::size_t across = static_cast<std::size_t>(side) / 8 + 1, count = across * across;
+  const bool whole = unpack(record.planes(), count, squares.plane) && unpack(record.codes(), 64 * count, squares.code) &&
+                     (record.depths().empty() || unpack(record.depths(), count, squares.depth));
+  return whole ? proto::Result<KeptBlock>(std::move(block)) : damaged;
 }
 
 }  // namespace cordillera::pipeline

@@ -14,10 +14,12 @@ struct KeptBlock {
   gpu::exact::Squares squares;
 };
 
-std::string to_bytes(const KeptBlock& block);
+/// Packed; codes are made coarser by code_unit first.
+std::string to_bytes(const KeptBlock& block, float code_unit);
 /// What of it is wanted; the rest is left empty.
 enum class KeptParts : std::uint8_t { all, mesh, squares };
-/// "store-damaged": they are not what to_bytes gave of a block whose sides have so many units.
-proto::Result<KeptBlock> kept_block_from(const std::string& bytes, std::int64_t side, KeptParts parts = KeptParts::all);
+/// "store-damaged": they are not what to_bytes gave of a block whose sides have so many units, with this code_unit.
+proto::Result<KeptBlock> kept_block_from(const std::string& bytes, std::int64_t side, float code_unit,
+                                         KeptParts parts = KeptParts::all);
 
 }  // namespace cordillera::pipeline
