@@ -11,6 +11,8 @@
 namespace cordillera::pipeline::faces {
 namespace {
 
+constexpr double kMostUndulation_m = 110;  // of any geoid, up or down
+
 /// Degrees for people; a tenth of a metre on the ground.
 double short_deg(double deg) { return std::round(deg * 1e6) / 1e6; }
 
@@ -27,6 +29,25 @@ Json center(const raster::Area& e, const Zooms& zooms) {
   const double zoom = std::floor(std::log2(2 * kTilePixels / std::max({wide, high, 1e-6})));
   return {short_deg(raster::middle_longitude_deg(e)), short_deg((e.south_deg + e.north_deg) / 2),
           std::clamp(static_cast<int>(zoom), zooms.first, zooms.last)};
+}
+
+/// How far below the encoding's lowest height the data may reach.
+double cut_off_m(const Terrain& terrain, const raster::Area& extent, double lowest_m) {
+  double lowest_there_m = 0;
+  for (const proto::LevelSummary& level : terrain.manifest().levels())
+    lowest_there_m = std::min(lowest_there_m, level.min_height());
+  if (lowest_there_m - kMostUndulation_m >= lowest_m) return 0;
+  const raster::Area e = raster::unwrapped(extent);
+  double undulation_m = -kMostUndulation_m;
+  constexpr int kPlaces = 8;  // each way
+  for (int y = 0; y <= kPlaces; ++y) {
+    for (int x = 0; x <= kPlaces; ++x) {
+      const auto here = terrain.undulation_m(e.west_deg + (e.east_deg - e.west_deg) * x / kPlaces,
+                                             e.south_deg + (e.north_deg - e.south_deg) * y / kPlaces);
+      if (here.ok()) undulation_m = std::max(undulation_m, *here);
+    }
+  }
+  return std::max(lowest_m - (lowest_there_m - undulation_m), 0.0);
 }
 
 void add_heights(Json& out, const Terrain& terrain, const RasterTileset& tiles) {
@@ -85,8 +106,10 @@ proto::Result<std::optional<Document>> tilejson(const Terrain& terrain, const Ra
   out["format"] = tiles.format;
   if (!tiles.encoding.empty()) add_heights(out, terrain, tiles);
   if (tiles.more.is_object()) out.update(tiles.more);
+  const double cut_m = cut_off_m(terrain, *extent, tiles.lowest_m);
+  if (cut_m > 0) out["note"] = "the data goes deeper than this encoding, which ends at -10000 m; terrarium.json has all of it";
   for (int zoom = zooms.first; zoom <= zooms.last; ++zoom) {
-    out["zooms"].push_back(zoom_entry(manifest, *extent, zooms, zoom, tiles.rounding_m));
+    out["zooms"].push_back(zoom_entry(manifest, *extent, zooms, zoom, tiles.rounding_m + cut_m));
   }
   return std::optional(document(out.dump(1, ' ', false, Json::error_handler_t::replace)));
 }

@@ -15,6 +15,7 @@ struct RasterTileset {
   std::string_view encoding{};  ///< "mapbox" or "terrarium", as clients know them; empty: a picture
   std::string_view formula{};   ///< of the height, in words of R, G and B
   double rounding_m = 0;        ///< what the encoding adds to a height's error
+  double lowest_m = -1e9;       ///< height above the geoid at which the encoding ends
   Json more{};                  ///< further members
 };
 

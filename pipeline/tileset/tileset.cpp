@@ -61,6 +61,35 @@ Json implicit_root(const TileExtent& node, const proto::Manifest& manifest, std:
   return tile;
 }
 
+std::array<double, 6> joined(const std::array<double, 6>& a, const std::array<double, 6>& b) {
+  return {std::min(a[0], b[0]), std::min(a[1], b[1]), std::max(a[2], b[2]),
+          std::max(a[3], b[3]), std::min(a[4], b[4]), std::max(a[5], b[5])};
+}
+
+/// Its east may be beyond the antimeridian.
+std::array<double, 4> sphere_around(const std::array<double, 6>& region) {
+  constexpr proto::Lattice kFine{20};
+  const auto [west, south, east, north, lowest, highest] = region;
+  const auto at = [&](double longitude, double latitude, double height_m) {
+    const auto column = std::llround(longitude / (2 * kPi) * static_cast<double>(kFine.columns())) + kFine.columns() / 2,
+               row = std::llround((latitude / kPi + 0.5) * static_cast<double>(kFine.rows()));
+    return proto::ecef(proto::row_frame(kFine, row), proto::column_frame(kFine, column), height_m);
+  };
+  const proto::Vec3 centre = at((west + east) / 2, (south + north) / 2, (lowest + highest) / 2);
+  double radius_m = 0;
+  constexpr int kPlaces = 16;  // a side
+  for (int i = 0; i <= kPlaces; ++i) {
+    for (int k = 0; k <= kPlaces; ++k) {
+      for (const double height_m : {lowest, highest}) {
+        const double longitude = west + (east - west) * i / kPlaces, latitude = south + (north - south) * k / kPlaces;
+        radius_m = std::max(radius_m, proto::length(at(longitude, latitude, height_m) - centre));
+      }
+    }
+  }
+  constexpr double kBetween = 1.01, kRounded_m = 100;  // of the places and of the fine lattice
+  return {std::round(centre.x), std::round(centre.y), std::round(centre.z), std::ceil(kBetween * radius_m + kRounded_m)};
+}
+
 }  // namespace
 
 Json tileset_asset(const proto::Manifest& manifest) {
@@ -78,9 +107,16 @@ Json tileset_asset(const proto::Manifest& manifest) {
   return out;
 }
 
-std::array<double, 6> joined_regions(const std::array<double, 6>& a, const std::array<double, 6>& b) {
-  return {std::min(a[0], b[0]), std::min(a[1], b[1]), std::max(a[2], b[2]),
-          std::max(a[3], b[3]), std::min(a[4], b[4]), std::max(a[5], b[5])};
+Json root_volume(const std::vector<TileExtent>& roots, const proto::Manifest& manifest) {
+  std::array<double, 6> all{};
+  const auto& bounds = manifest.bounds();
+  const bool wraps = roots.size() == 2 && bounds.size() >= 4 && bounds[0] > bounds[2];
+  for (const TileExtent& root : roots) {
+    std::array<double, 6> region = root.region;
+    if (wraps && root.tile.x == 0) region[0] += 2 * kPi, region[2] += 2 * kPi;
+    all = &root == &roots.front() ? region : joined(all, region);
+  }
+  return wraps ? Json{{"sphere", sphere_around(all)}} : Json{{"region", all}};
 }
 
 double empty_error_m(const proto::Manifest& manifest) {
@@ -100,12 +136,8 @@ std::string tileset_json(const StoreReader& store, std::string_view query, std::
   const std::vector<TileExtent> roots = store.extents(0, 0, 0, 1, 0);
   Json root;
   Json children = Json::array();
-  std::array<double, 6> region = roots.empty() ? std::array<double, 6>{} : roots[0].region;
-  for (const TileExtent& node : roots) {
-    region = joined_regions(region, node.region);
-    children.push_back(implicit_root(node, manifest, query));
-  }
-  root["boundingVolume"] = {{"region", region}};
+  for (const TileExtent& node : roots) children.push_back(implicit_root(node, manifest, query));
+  root["boundingVolume"] = root_volume(roots, manifest);
   root["geometricError"] = empty_error_m(manifest);
   root["refine"] = "REPLACE";
   root["children"] = std::move(children);

@@ -221,6 +221,43 @@ TEST(Tileset, OnlyTheHemisphereThatHasData) {
   EXPECT_FALSE(subtree(**store, 'W', 0, 0, 0));
 }
 
+// A few tiles on both sides of 180 degrees: as a region their root would be the whole circle of latitude.
+TEST(Tileset, TheRootOfDataOverTheAntimeridianIsASphere) {
+  const TemporaryFolder folder;
+  auto writer = StoreWriter::open(folder / "a.db", synthetic_plan(7));
+  ASSERT_TRUE(writer.ok());
+  for (const std::int32_t x : {0, 1, 254, 255}) {
+    FinishedTask task;
+    task.node = {7, x, 80};
+    task.tiles.push_back(*synthetic_tile(kLattice, task.node, hills()));
+    ASSERT_TRUE((*writer)->commit(task).ok());
+  }
+  const auto published = (*writer)->publish(synthetic_manifest());
+  ASSERT_TRUE(published.ok());
+  ASSERT_GT(published->bounds(0), published->bounds(2));
+  std::shared_ptr<const StoreReader> store = StoreReader::open(folder / "a.db").value();
+  const Json volume = Json::parse(tileset_json(*store))["root"]["boundingVolume"];
+  ASSERT_TRUE(volume.contains("sphere")) << volume;
+  EXPECT_FALSE(volume.contains("region"));
+  const auto sphere = volume["sphere"].get<std::array<double, 4>>();
+  EXPECT_LT(sphere[3], 700e3);
+  const proto::Vec3 centre{sphere[0], sphere[1], sphere[2]};
+  double farthest = 0;
+  for (const std::int64_t tile : {0, 1, 254, 255}) {
+    for (const auto& [x, y] : {std::pair{0, 0}, {256, 0}, {0, 256}, {256, 256}, {128, 128}}) {
+      const proto::Vec3 at =
+          proto::ecef(proto::row_frame(kLattice, 80 * 256 + y), proto::column_frame(kLattice, tile * 256 + x), 0);
+      farthest = std::max(farthest, proto::length(at - centre));
+    }
+  }
+  EXPECT_LT(farthest, sphere[3]);
+  EXPECT_GT(farthest, 0.8 * sphere[3]);
+  const auto explicit_one = faces::find("tileset-explicit.json");
+  const faces::Terrain terrain(store);
+  EXPECT_EQ(Json::parse(explicit_one->resource->make(terrain, explicit_one->place).value()->bytes)["root"]["boundingVolume"],
+            volume);
+}
+
 TEST(TilesetPaths, OneNameATileAFace) {
   const auto drc = faces::find("tiles/7/129/80.drc"), east = faces::find("tiles/E/7/1/80.glb");
   ASSERT_TRUE(drc && east);

@@ -5,6 +5,8 @@
 #include "pipeline/faces/mercator/mercator_grid.h"
 #include "pipeline/faces/quantized_mesh/layer_json.h"
 #include "pipeline/faces/quantized_mesh/quantized_mesh_bytes.h"
+#include "pipeline/faces/tilejson.h"
+#include "pipeline/faces/web_mercator.h"
 
 namespace cordillera::pipeline::faces {
 namespace {
@@ -12,6 +14,7 @@ namespace {
 constexpr std::string_view kLayer = "web-mercator/layer.json", kTiles = "web-mercator/terrain/{z}/{x}/{y}.terrain";
 
 proto::Result<std::optional<Document>> layer(const Terrain& terrain, const Place&) {
+  if (!extent_of(terrain.manifest())) return beyond_mercator();
   return terrain.kept(std::string(kLayer), [&]() -> proto::Result<std::optional<Document>> {
     return std::optional(document(layer_json(MercatorGrid(terrain), "EPSG:3857")));
   });
@@ -33,6 +36,7 @@ proto::Result<std::optional<Document>> tile(const Terrain& terrain, const Place&
 }
 
 void each_path(const Terrain& terrain, const PathSink& sink) {
+  if (!extent_of(terrain.manifest())) return;
   each_quantized_tile(MercatorGrid(terrain), [&](const proto::TileAddress& at) {
     sink(path_of(kResources[1], {0, at.z, at.x, at.y}));
   });

@@ -54,7 +54,8 @@ struct Pictured {
   static Made tile(const Terrain& terrain, const Place& place) { return raster_tile(terrain, place, kStyle); }
   static Made json(const Terrain& terrain, const Place&) {
     const HeightCode& code = picture.code;
-    return tilejson(terrain, {picture.path, picture.format, code.title, code.encoding, code.formula, code.colour.step_m / 2});
+    return tilejson(terrain, {picture.path, picture.format, code.title, code.encoding, code.formula, code.colour.step_m / 2,
+                              -code.colour.base_m});
   }
   static void each_path(const Terrain& terrain, const PathSink& sink) {
     each_raster_tile(terrain, kStyle, sink);

@@ -74,12 +74,9 @@ proto::Result<std::optional<Document>> top(const Terrain& terrain, const Place& 
   const StoreReader& store = terrain.store();
   const Writer writer(store, "", *query);
   Json root, children = Json::array();
-  std::array<double, 6> region{};
-  for (const TileExtent& node : store.extents(0, 0, 0, 1, 0)) {
-    region = children.empty() ? node.region : joined_regions(region, node.region);
-    children.push_back(writer.tile(node, 0));
-  }
-  root["boundingVolume"] = {{"region", region}};
+  const std::vector<TileExtent> roots = store.extents(0, 0, 0, 1, 0);
+  for (const TileExtent& node : roots) children.push_back(writer.tile(node, 0));
+  root["boundingVolume"] = root_volume(roots, terrain.manifest());
   root["geometricError"] = empty_error_m(terrain.manifest());
   if (!children.empty()) root["children"] = std::move(children);
   return std::optional(document(writer.file(std::move(root))));
