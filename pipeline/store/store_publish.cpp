@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -123,6 +124,11 @@ void describe_source(const proto::LevelSummary& finest, const SampleRange& range
   source.set_max_height(range.highest_m);
 }
 
+void note_once(const std::string& text, proto::Manifest& manifest) {
+  const auto& notes = manifest.notes();
+  if (std::find(notes.begin(), notes.end(), text) == notes.end()) manifest.add_notes(text);
+}
+
 /// How much of the data nobody measured.
 void note_filled(double share, proto::Manifest& manifest) {
   if (share <= 0) return;
@@ -132,15 +138,14 @@ void note_filled(double share, proto::Manifest& manifest) {
                        : percent < 10 ? "%.2g %% of the data were voids and are filled; voids=hole keeps them"
                                       : "%.0f %% of the data were voids and are filled; voids=hole keeps them";
   std::snprintf(text, sizeof text, format, percent);
-  const auto& notes = manifest.notes();  // a check sums up what is published already
-  if (std::find(notes.begin(), notes.end(), text) == notes.end()) manifest.add_notes(text);
+  note_once(text, manifest);  // a check sums up what is published already
 }
 
-/// The target holds at samples. Where pixels were to be met, and some are far from it all the same, that is said.
+/// The target holds at samples. Where some pixels are far from it all the same, that is said.
 void note_pixels(const PixelErrorSum& pixels, double target_m, proto::Manifest& manifest) {
   constexpr double kFar = 1.25;
   const proto::ErrorAtPixels& errors = manifest.source().error_at_pixels();
-  if (manifest.options().pixels() != raster::kExactPixels || !(errors.max() > kFar * target_m)) return;
+  if (!(errors.max() > kFar * target_m)) return;
   char text[200];
   std::snprintf(text, sizeof text,
                 "%.0f of %.0f pixels are farther from the finest level than its target of %.3g m, the farthest %.4g m",
@@ -151,10 +156,25 @@ void note_pixels(const PixelErrorSum& pixels, double target_m, proto::Manifest& 
 /// The raster's words and what was used in their place. Of several rasters each pair once.
 void note_datum(const proto::Source& source, proto::Manifest& manifest) {
   const std::string &declared = source.vertical_datum_declared(), &used = source.vertical_datum();
-  if (declared.empty() || used.empty() || declared == used) return;
-  const std::string text = declared + " declared, " + used + " used";
-  const auto& notes = manifest.notes();
-  if (std::find(notes.begin(), notes.end(), text) == notes.end()) manifest.add_notes(text);
+  if (!declared.empty() && !used.empty() && declared != used) note_once(declared + " declared, " + used + " used", manifest);
+  if (source.datum_ignored())
+    note_once("PROJ knows no way from the datum of " + source.crs() + " (" + source.horizontal_datum() +
+                  ") to WGS 84, and takes it for that: places may be some hundred metres off",
+              manifest);
+}
+
+/// Rasters of several datums, each taken to WGS 84 as PROJ does, may not fit where they meet.
+void note_horizontal_datums(proto::Manifest& manifest) {
+  std::set<std::string> datums;
+  for (const proto::Source& source : manifest.sources()) {
+    if (!source.horizontal_datum().empty()) datums.insert(source.horizontal_datum());
+  }
+  if (datums.size() < 2) return;
+  std::string names;
+  for (const std::string& name : datums) names += (names.empty() ? "" : ", ") + name;
+  note_once("The rasters have " + std::to_string(datums.size()) + " horizontal datums (" + names +
+                "): where they meet they may be some metres apart",
+            manifest);
 }
 
 }  // namespace
@@ -162,6 +182,7 @@ void note_datum(const proto::Source& source, proto::Manifest& manifest) {
 void note_datums(proto::Manifest& manifest) {
   if (manifest.sources().empty()) note_datum(manifest.source(), manifest);
   for (const proto::Source& source : manifest.sources()) note_datum(source, manifest);
+  note_horizontal_datums(manifest);
 }
 
 void make_nodes(Database& database, int finest_level) {

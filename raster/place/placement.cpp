@@ -144,7 +144,9 @@ bool Placement::transform_to(const Crs& crs, bool exact_only) {
 
 proto::Result<void> Placement::make_transform(const Dataset& dataset, const Crs& crs) {
   // Ballpark operations ignore the datum: only when PROJ has nothing better.
-  if (transform_to(crs, true) || transform_to(crs, false)) return {};
+  if (transform_to(crs, true)) return {};
+  ignores_datum_ = true;
+  if (transform_to(crs, false)) return {};
   double x = columns_ / 2.0, y = rows_ / 2.0;
   image_to_map(&x, &y, 1);
   const double latitude_deg = y * degrees_per_unit(crs);

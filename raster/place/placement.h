@@ -29,6 +29,9 @@ class Placement {
   /// places that other pixels have.
   void to_degrees_on_map(double* x, double* y, std::size_t count) const;
 
+  /// PROJ knows no way from the CRS's datum to WGS 84, and takes it for that.
+  bool ignores_datum() const { return ignores_datum_; }
+
   /// Columns around the earth when the raster closes, else 0.
   int period_px() const { return period_px_; }
   /// Columns around the earth, whether the raster closes or not; 0: places do not repeat along a row.
@@ -61,7 +64,7 @@ class Placement {
   double turn_ = 0;                              ///< map distance once around the earth; 0: the map does not repeat
   int period_px_ = 0;
   double turn_px_ = 0;
-  bool plate_ = false;
+  bool plate_ = false, ignores_datum_ = false;
   double same_px_ = 0;
   std::unique_ptr<OGRCoordinateTransformation> to_map_, to_wgs84_;
 };

@@ -132,6 +132,14 @@ GroundSize pixel_size(const SourceParts& parts) {
   return size;
 }
 
+/// In WKT its words are joined by underscores.
+std::string horizontal_datum(const Crs& crs) {
+  const char* const name = crs.horizontal.GetAttrValue("DATUM");
+  std::string words = name ? name : "";
+  std::replace(words.begin(), words.end(), '_', ' ');
+  return proto::shown_text(words);
+}
+
 void describe(SourceParts& parts, const Crs& crs, const HeightUnit& unit, const Footprint& f, const GroundSize& size) {
   proto::Source& s = parts.description;
   const Dataset& d = parts.dataset;
@@ -146,6 +154,8 @@ void describe(SourceParts& parts, const Crs& crs, const HeightUnit& unit, const 
   s.set_vertical_datum_from(parts.datum.from);
   s.set_vertical_grid(proto::shown_text(parts.datum.grid));
   s.set_vertical_datum_declared(proto::shown_text(crs.declared_datum));
+  s.set_horizontal_datum(horizontal_datum(crs));
+  s.set_datum_ignored(parts.placement->ignores_datum());
   s.set_unit(proto::shown_text(unit.name));
   s.set_scale(parts.height_rule.scale);
   s.set_offset(parts.height_rule.offset_m);

@@ -164,11 +164,13 @@ TEST_F(KeptStore, HasTheMeshesOfItsTasksAndNoOthers) {
         "rows of a build that is over; expected: no such table in a store that is not built on");
   finds("UPDATE meta SET value = x'ff', sum = row_sum(key, x'ff') WHERE key = 'tasks'",
         "note tasks: it cannot be read; expected: the plan of the build, with its tasks");
-  finds("UPDATE meta SET value = x'0807', sum = row_sum(key, x'0807') WHERE key = 'tasks'",
-        "note tasks: its format is 7; expected: up to " + std::to_string(kPlanFormat));
-  const std::string of_now = "x'080" + std::to_string(kPlanFormat) + "'";
-  finds("UPDATE meta SET value = " + of_now + ", sum = row_sum(key, " + of_now + ") WHERE key = 'tasks'",
-        "note tasks: it is of another plan; expected: the plan in meta");
+  const auto with_format = [](unsigned format) {
+    const std::string record = "x'080" + std::to_string(format) + "'";
+    return "UPDATE meta SET value = " + record + ", sum = row_sum(key, " + record + ") WHERE key = 'tasks'";
+  };
+  finds(with_format(kPlanFormat + 1),
+        "note tasks: its format is " + std::to_string(kPlanFormat + 1) + "; expected: up to " + std::to_string(kPlanFormat));
+  finds(with_format(kPlanFormat), "note tasks: it is of another plan; expected: the plan in meta");
 }
 
 TEST_F(KeptStore, SaysOfWhichRastersItWasMadeWhereTheListOfChangesIs) {

@@ -164,6 +164,10 @@ void ErrorStatement::measure(std::size_t piece) {
     error_m_[k] = known_.error_m(corners_of(tile_.mesh, steep_[k]), limit_m);
 }
 
+// A tile takes no more vertices than it has, or so many: around a pole, where columns are millimetres apart, it would have more
+// triangles than all tiles below it, and still be over its target. What is left is stated.
+constexpr std::size_t kPutBackAtLeast = 256;
+
 void ErrorStatement::put_back() {
   const gpu::EcefSteps steps = ecef_steps(*context_.level);
   const double limit_m = limit_of(context_, tile_.tile);
@@ -202,7 +206,8 @@ void ErrorStatement::put_back() {
     std::sort(wrong.begin(), wrong.end());
     wrong.erase(std::unique(wrong.begin(), wrong.end()), wrong.end());
     if (!wrong.empty()) {
-      const gpu::Refined refined = gpu::refine(tile_.mesh, meter, limit_m, wrong, SIZE_MAX);
+      const gpu::Refined refined =
+          gpu::refine(tile_.mesh, meter, limit_m, wrong, std::max(kPutBackAtLeast, tile_.mesh.vertices()));
       tile_.put_back = refined.inserted;
       if (refined.over > 0) {
         const std::vector<std::uint32_t> left = measured();

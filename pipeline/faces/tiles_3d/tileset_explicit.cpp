@@ -1,5 +1,6 @@
 #include "pipeline/faces/tiles_3d/tileset_explicit.h"
 
+#include <algorithm>
 #include <array>
 
 #include "pipeline/encode/json.h"
@@ -28,9 +29,11 @@ class Writer {
   /// up: from the file's own folder to the dataset's. query: of every link.
   Writer(const StoreReader& store, std::string up, std::string_view query) : store_(store), up_(std::move(up)), query_(query) {}
 
-  /// A tile and what is below it, down to the next files.
-  Json tile(const TileExtent& node, int levels_left) const {
-    Json out = bounds(node);
+  /// A tile and what is below it, down to the next files. above_m: geometric error of the tile above, which is never less than
+  /// that of one without content.
+  Json tile(const TileExtent& node, int levels_left, double above_m) const {
+    const double error_m = node.content ? node.geometric_error_m : std::min(empty_error_m(store_.manifest()), above_m);
+    Json out = {{"boundingVolume", {{"region", node.region}}}, {"geometricError", error_m}};
     if (levels_left == 0) {
       out["content"] = {{"uri", link(file_path(node.tile))}};
       return out;
@@ -40,7 +43,7 @@ class Writer {
     Json children = Json::array();
     if (z < static_cast<int>(store_.manifest().max_level())) {
       for (const TileExtent& child : store_.extents(z + 1, 2 * x, 2 * y, 2 * x + 1, 2 * y + 1)) {
-        children.push_back(tile(child, levels_left - 1));
+        children.push_back(tile(child, levels_left - 1, error_m));
       }
     }
     if (!children.empty()) out["children"] = std::move(children);
@@ -58,15 +61,21 @@ class Writer {
 
  private:
   std::string link(const std::string& path) const { return (up_ + path).append(query_); }
-  Json bounds(const TileExtent& node) const {
-    return {{"boundingVolume", {{"region", node.region}}},
-            {"geometricError", node.content ? node.geometric_error_m : empty_error_m(store_.manifest())}};
-  }
 
   const StoreReader& store_;
   std::string up_;
   std::string_view query_;
 };
+
+/// The least that a tile above this one states.
+double error_above_m(const StoreReader& store, proto::TileAddress tile) {
+  while (tile.z > 0) {
+    tile = tile.parent();
+    const auto above = store.extents(tile.z, tile.x, tile.y, tile.x, tile.y);
+    if (!above.empty() && above[0].content) return above[0].geometric_error_m;
+  }
+  return empty_error_m(store.manifest());
+}
 
 proto::Result<std::optional<Document>> top(const Terrain& terrain, const Place& place) {
   const auto query = normals_query(place.normals);
@@ -75,7 +84,7 @@ proto::Result<std::optional<Document>> top(const Terrain& terrain, const Place& 
   const Writer writer(store, "", *query);
   Json root, children = Json::array();
   const std::vector<TileExtent> roots = store.extents(0, 0, 0, 1, 0);
-  for (const TileExtent& node : roots) children.push_back(writer.tile(node, 0));
+  for (const TileExtent& node : roots) children.push_back(writer.tile(node, 0, empty_error_m(terrain.manifest())));
   root["boundingVolume"] = root_volume(roots, terrain.manifest());
   root["geometricError"] = empty_error_m(terrain.manifest());
   if (!children.empty()) root["children"] = std::move(children);
@@ -89,7 +98,7 @@ proto::Result<std::optional<Document>> part(const Terrain& terrain, const Place&
   const auto nodes = terrain.store().extents(place.z, place.x, place.y, place.x, place.y);
   if (nodes.empty()) return std::optional<Document>();
   const Writer writer(terrain.store(), "../../../", *query);
-  return std::optional(document(writer.file(writer.tile(nodes[0], kLevels))));
+  return std::optional(document(writer.file(writer.tile(nodes[0], kLevels, error_above_m(terrain.store(), nodes[0].tile)))));
 }
 
 constexpr std::array<Resource, 2> kResources = {{
