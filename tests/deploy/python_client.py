@@ -1,15 +1,19 @@
-"""What a user of the Python client does, with the module from its wheel. python_client.py RASTER; the server is $CORDILLERA_SERVER."""
+"""What a user of the Python client does, with the module from its wheel. python_client.py RASTER FINE; the server is $CORDILLERA_SERVER.
+FINE is a raster of several blocks."""
+import io
 import json
 import os
 import sys
+import threading
 import urllib.request
 
 sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 import cutting_proxy  # noqa: E402
 import cordillera  # noqa: E402
-from cordillera import uploads  # noqa: E402
+from cordillera import service as services, uploads  # noqa: E402
 
-RASTER = sys.argv[1]
+RASTER, FINE = sys.argv[1:]
+BOX = (-71.4, 44.2, -71.2, 44.3)
 SERVER = os.environ["CORDILLERA_SERVER"]
 uploads.PART = os.path.getsize(RASTER) // 7
 
@@ -70,6 +74,71 @@ def heights(dataset):
     assert coarse.stated_error_m > one.stated_error_m
 
 
+def given_in_other_ways(service):
+    """Bytes, files, a stream that cannot be read twice, an address, a dry run; lists and None as values."""
+    with open(RASTER, "rb") as file:
+        data = file.read()
+        made = [service.post(data, name="bytes.tif", error=60, bbox=BOX, keep=None),
+                service.post(file, keep=[0.5, 0.25], bbox=list(BOX), resume=True)]
+    reading, writing = os.pipe()
+    thread = threading.Thread(target=lambda: write_all(writing, data))
+    thread.start()
+    with open(reading, "rb") as pipe:
+        made.append(service.post(pipe, error=60, bbox=BOX))
+    thread.join()
+    assert [dataset.wait(600).status()["name"] for dataset in made] == ["bytes.tif", os.path.basename(RASTER), "raster"]
+    assert made[1].manifest()["options"]["keep"] == [0.5, 0.25] and made[0].manifest()["options"]["bbox"] == list(BOX)
+    assert [d.id for d in service.datasets(bbox=BOX, q="bytes")] == [made[0].id]
+    for wrong, call in ((TypeError, lambda: service.post(io.StringIO("text"))), (ValueError, service.post), (ValueError, lambda: service.dataset("")),
+                        (ValueError, lambda: service.post(RASTER, source="https://example.org/dem.tif"))):
+        try:
+            call()
+        except wrong:
+            continue
+        sys.exit("nothing was wrong with what should be a " + wrong.__name__)
+    refused("option-forbidden", lambda: service.post(source="https://example.org/dem.tif"))
+    estimate = service.post(RASTER, dry_run=True, error=60)
+    assert estimate["dry_run"] and estimate["manifest"]["levels"]
+    for dataset in made:
+        dataset.delete()
+
+
+def write_all(pipe, data):
+    with open(pipe, "wb") as file:
+        file.write(data)
+
+
+def changed(service):
+    """Another title; rasters that come and go; a change that fails is told to who asked for it, and to nobody else."""
+    dataset = service.post([RASTER, RASTER], error=60, bbox=BOX, crs="EPSG:4326").wait(600)
+    assert dataset.edit(title="White Mountains")["title"] == "White Mountains"
+    first, second = dataset.sources()
+    assert [first["options"], second["options"]] == [{"crs": "EPSG:4326"}] * 2, (first, second)
+    third = dataset.add_source(RASTER, position=2, name="third.tif", resume=True)
+    assert [source["id"] for source in dataset.wait(600).sources()] == [first["id"], second["id"], third]
+    dataset.replace_source(third, position=0)
+    dataset.remove_source(second["id"])
+    assert [source["id"] for source in dataset.wait(600).sources()] == [third, first["id"]]
+    served, before = [version["number"] for version in dataset.versions()]
+    assert [version["number"] for version in dataset.rollback()] == [before]
+    assert [version["number"] for version in dataset.rollback(before)] == [before]
+    dataset.add_source(b"no raster", name="bad.tif")
+    refused("raster-format-unsupported", lambda: dataset.wait(600))
+    assert dataset.status()["updates"]["last"]["error"]
+    dataset.wait(600)
+    service.dataset(dataset.id).wait(600)
+    refused("source-unknown", lambda: dataset.remove_source("none"))
+    dataset.delete()
+
+
+def lazy(service):
+    dataset = service.post(FINE, build="lazy", error=50, pixels="lattice").wait(600)
+    status = dataset.status()
+    assert status["state"] != "ready" and status["provisional"], status["state"]
+    assert dataset.edit(build="full")["build"] == "full"
+    dataset.delete()
+
+
 def main():
     direct = cordillera.Service(SERVER)
     with cutting_proxy.between(int(SERVER.rsplit(":", 1)[1]), after=os.path.getsize(RASTER) // 5, often=3) as port:
@@ -89,12 +158,19 @@ def main():
     heights(dataset)
 
     other = direct.post(RASTER, error=60, bbox="-71.4,44.2,-71.2,44.3")  # in one request
-    assert [d.id for d in direct.datasets(limit=1)] == [other.id, dataset.id]
+    services.PAGE = 1
+    assert [d.id for d in direct.datasets()] == [other.id, dataset.id]
+    services.PAGE = 100
+    assert [d.id for d in direct.datasets(limit=1)] == [other.id]
     other.delete()
     assert [d.id for d in direct.datasets()] == [dataset.id]
     assert refused("dataset-unknown", other.status).status == 404
     assert "accepted" in str(refused("option-invalid", lambda: direct.post(RASTER, error=-1)))
     refused("service-unreachable", cordillera.Service("http://127.0.0.1:1", patience_s=0).version)
+
+    given_in_other_ways(direct)
+    changed(direct)
+    lazy(direct)
 
     page = dataset._repr_html_()
     assert page.startswith("<a ") and dataset.viewer_url in page, page

@@ -1,26 +1,25 @@
 """One address, asked again and again while it is away. Standard library alone, no proxies, no redirects."""
 from __future__ import annotations
 
+import collections
+import contextlib
 import http.client
 import json
-import threading
-import time
+import os
 import urllib.parse
-from typing import IO, Any, Callable, Mapping, Optional, Union
+from email.message import Message
+from typing import Any, Mapping, Optional
 
+from .patience import Patience
 from .problem import Problem
 
-_FIRST_PAUSE_S, _LONGEST_PAUSE_S = 0.25, 10.0
-_TIMEOUT_S = 120.0  # without a byte
-_PASSES_BY = (408, 429, 502, 503, 504)
-# Of our own earlier request, whose connection broke and whose end the service has not noticed yet.
-_OURS = ("upload-conflict", "idempotency-key-in-use")
-
-Body = Union[bytes, IO[bytes], None]
+TIMEOUT_S = 120.0
+"""without a byte"""
+_CONNECT_S = 10.0
 
 
 class Answer:
-    def __init__(self, status: int, headers: http.client.HTTPMessage, body: bytes) -> None:
+    def __init__(self, status: int, headers: Message, body: bytes) -> None:
         self.status, self.headers, self.body = status, headers, body
 
     def json(self) -> Any:
@@ -28,21 +27,40 @@ class Answer:
 
 
 class Connection:
-    """patience_s: how long a service may be away without any progress before that is a Problem."""
+    """patience_s: how long a service may be away without any progress before that is a Problem. Threads may share one."""
 
     def __init__(self, url: str, token: Optional[str], patience_s: float) -> None:
+        self._idle: collections.deque[http.client.HTTPConnection] = collections.deque()
+        self._process = os.getpid()
+        self._reached = False
         parts = urllib.parse.urlsplit(url if "://" in url else "http://" + url)
         if parts.scheme not in ("http", "https") or not parts.hostname:
             raise ValueError(f"{url!r} is no address of a service: http://HOST:PORT is wanted")
         self.url = f"{parts.scheme}://{parts.netloc}{parts.path.rstrip('/')}"
         self._scheme, self._host, self._base = parts.scheme, parts.netloc, parts.path.rstrip("/")
         self._token, self._patience_s = token, patience_s
-        self._here = threading.local()  # a socket a thread
 
-    def open(self, timeout_s: float = _TIMEOUT_S) -> http.client.HTTPConnection:
-        if self._scheme == "https":
-            return http.client.HTTPSConnection(self._host, timeout=timeout_s)
-        return http.client.HTTPConnection(self._host, timeout=timeout_s)
+    def close(self) -> None:
+        """The sockets that wait for another call. A later call opens one anew."""
+        with contextlib.suppress(IndexError):
+            while True:
+                self._idle.pop().close()
+
+    def __del__(self) -> None:
+        self.close()
+
+    def open(self, limit_s: float = TIMEOUT_S) -> http.client.HTTPConnection:
+        """A new connection, without a byte for limit_s at most. OSError: none could be made."""
+        kind = http.client.HTTPSConnection if self._scheme == "https" else http.client.HTTPConnection
+        socket: http.client.HTTPConnection = kind(self._host, timeout=min(_CONNECT_S, limit_s))
+        try:
+            socket.connect()
+        except BaseException:
+            socket.close()
+            raise
+        self._reached = True
+        socket.sock.settimeout(limit_s)
+        return socket
 
     def headers(self, more: Mapping[str, str]) -> dict[str, str]:
         given = {"User-Agent": "cordillera-python", **more}
@@ -53,28 +71,20 @@ class Connection:
     def path(self, path: str) -> str:
         return self._base + path
 
-    def once(self, method: str, path: str, headers: Mapping[str, str] = {}, body: Body = None) -> Answer:
+    def once(self, method: str, path: str, headers: Mapping[str, str] = {}, body: Optional[bytes] = None) -> Answer:
         """One try. A kept socket that the service has closed meanwhile is opened anew. OSError, HTTPException: no answer."""
-        kept: Optional[http.client.HTTPConnection] = getattr(self._here, "socket", None)
-        if body is not None and not isinstance(body, bytes):
-            kept = None  # what was read of a file would have to be read again
-        for socket in ([kept] if kept else []) + [self.open()]:
+        kept = self._kept()
+        if kept is not None:
             try:
-                socket.request(method, self.path(path), body=body, headers=self.headers(headers))
-                answer = socket.getresponse()
-                data = answer.read()
-            except (OSError, http.client.HTTPException):
-                socket.close()
-                if socket is kept:
-                    continue
-                raise
-            self._here.socket = socket
-            return Answer(answer.status, answer.headers, data)
-        raise AssertionError("a new socket ends the loop")
+                return self._exchange(kept, method, path, headers, body)
+            except (OSError, http.client.HTTPException) as error:
+                if not _of_network(error):
+                    raise
+        return self._exchange(self.open(), method, path, headers, body)
 
-    def ask(self, method: str, path: str, headers: Mapping[str, str] = {}, body: Body = None) -> Answer:
+    def ask(self, method: str, path: str, headers: Mapping[str, str] = {}, body: Optional[bytes] = None) -> Answer:
         """Until an answer is there that asking again would not better. Problem: any status from 300 on."""
-        patience = Patience(self._patience_s)
+        patience = self.patience()
         while True:
             try:
                 answer = self.once(method, path, headers, body)
@@ -83,32 +93,51 @@ class Connection:
             else:
                 if answer.status < 300:
                     return answer
-                trouble = Problem.in_body(answer.status, answer.body, self.url)
+                trouble = self.problem(answer)
             if not patience.helps(trouble):
                 raise trouble
 
     def patience(self) -> Patience:
         return Patience(self._patience_s)
 
+    def problem(self, answer: Answer) -> Problem:
+        return Problem.in_answer(answer.status, answer.headers, answer.body, self.url)
+
     def unreachable(self, error: Exception) -> Problem:
-        return Problem("service-unreachable", f"no service answers at {self.url}: {error or type(error).__name__}")
+        """The problem that asking again may help. One that does not is raised: the address of a service that was never there is wrong."""
+        if not _of_network(error):
+            raise error
+        problem = Problem("service-unreachable", f"no service answers at {self.url}: {error or type(error).__name__}")
+        if not self._reached:
+            raise problem from error
+        return problem
+
+    def _kept(self) -> Optional[http.client.HTTPConnection]:
+        if self._process != os.getpid():  # after a fork these are the parent's: what is closed here stays open there
+            self.close()
+            self._process = os.getpid()
+        try:
+            return self._idle.pop()
+        except IndexError:
+            return None
+
+    def _exchange(self, socket: http.client.HTTPConnection, method: str, path: str, headers: Mapping[str, str],
+                  body: Optional[bytes]) -> Answer:
+        try:
+            socket.request(method, self.path(path), body=body, headers=self.headers(headers))
+            answer = socket.getresponse()
+            data = answer.read()
+        except BaseException:
+            socket.close()
+            raise
+        if socket.sock is not None:
+            self._idle.append(socket)
+        return Answer(answer.status, answer.headers, data)
 
 
-class Patience:
-    def __init__(self, seconds: float, sleep: Callable[[float], None] = time.sleep) -> None:
-        self._seconds, self._sleep = seconds, sleep
-        self.moved()
-
-    def moved(self) -> None:
-        """Something has come: the time begins anew."""
-        self._end, self._pause = time.monotonic() + self._seconds, _FIRST_PAUSE_S
-
-    def helps(self, trouble: Problem) -> bool:
-        """Waits a while and says True, if asking again may help and there is time for it."""
-        if not (trouble.status == 0 or trouble.status in _PASSES_BY or trouble.type in _OURS):
-            return False
-        if time.monotonic() + self._pause > self._end:
-            return False
-        self._sleep(self._pause)
-        self._pause = min(2 * self._pause, _LONGEST_PAUSE_S)
-        return True
+def _of_network(error: Exception) -> bool:
+    """What the handler of a signal raises may be an OSError, too, such as TimeoutError. That is for its caller."""
+    at = error.__traceback__
+    while at is not None and at.tb_next is not None:
+        at = at.tb_next
+    return at is None or at.tb_frame.f_globals.get("__name__") in ("http.client", "socket", "ssl")

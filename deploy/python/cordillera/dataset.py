@@ -6,18 +6,18 @@ import json
 import urllib.parse
 from typing import Any, Iterable, Iterator, Mapping, Optional, Sequence
 
+from . import sources, words
 from .connection import Connection
 from .heights import MOST_PLACES, Height, Place, Profile
 from .progress import Progress, follow
 
 
-class Dataset:
+class Dataset(sources.Sources):
     """Knows its address alone: nothing is asked before a method is called."""
 
     def __init__(self, connection: Connection, id: str) -> None:
+        super().__init__(connection, "/v1/datasets/" + words.part(id))
         self.id = id
-        self._connection = connection
-        self._path = "/v1/datasets/" + urllib.parse.quote(id, safe="")
 
     @property
     def url(self) -> str:
@@ -35,13 +35,17 @@ class Dataset:
         """What was read, what was assumed, and the errors of every level."""
         return self._json("/manifest.json")
 
-    def watch(self) -> Iterator[Progress]:
-        """The progress of the build until it is ready, however often the connection breaks. Problem: it failed."""
-        return follow(self._connection, self._path)
+    def watch(self, timeout: Optional[float] = None) -> Iterator[Progress]:
+        """The progress of the build until wait() would end, however often the connection breaks."""
+        yield from follow(self._connection, self._path, timeout)
+        self._tell_failed()
 
-    def wait(self) -> Dataset:
-        """Until it is ready. Problem: the build failed."""
-        for _ in self.watch():
+    def wait(self, timeout: Optional[float] = None) -> Dataset:
+        """Until it is ready; a lazy one until there are tiles to look at: their blocks are made when they are asked for.
+
+        Problem: the build failed, or a change of the rasters that was asked for here. TimeoutError: not within timeout seconds.
+        """
+        for _ in self.watch(timeout):
             pass
         return self
 
@@ -71,6 +75,12 @@ class Dataset:
         answer = self._heights({"line": list(line)}, {"samples": samples, "level": level})
         return Profile(answer["length"], [Height.of(point, answer) for point in answer["points"]])
 
+    def edit(self, *, title: Optional[str] = None, attribution: Optional[str] = None, imagery: Optional[str] = None,
+             private: Optional[bool] = None, build: Optional[str] = None) -> dict[str, Any]:
+        """Other words without a build, or build="full": the rest of a lazy dataset. The status after it."""
+        given = {"title": title, "attribution": attribution, "imagery": imagery, "private": private, "build": build}
+        return dict(self._connection.ask("PATCH", self._path + "?" + words.query(given)).json())
+
     def delete(self) -> None:
         """Cancels a running build, too."""
         self._connection.ask("DELETE", self._path)
@@ -83,9 +93,6 @@ class Dataset:
         return f"Dataset({self.url!r})"
 
     def _heights(self, body: Mapping[str, Any], query: Mapping[str, Optional[int]]) -> dict[str, Any]:
-        words = urllib.parse.urlencode({name: value for name, value in query.items() if value is not None})
-        answer = self._connection.ask("POST", f"{self._path}/elevation?{words}", {"Content-Type": "application/json"}, json.dumps(body).encode())
+        path = f"{self._path}/elevation?{words.query(query)}"
+        answer = self._connection.ask("POST", path, {"Content-Type": "application/json"}, json.dumps(body).encode())
         return dict(answer.json())
-
-    def _json(self, below: str) -> dict[str, Any]:
-        return dict(self._connection.ask("GET", self._path + below).json())

@@ -9,10 +9,12 @@ import json
 import os
 import secrets
 from pathlib import Path
-from typing import BinaryIO, Callable, Optional
+from typing import Any, BinaryIO, Callable, Dict, Mapping, NamedTuple, Optional, Tuple
 
+from . import words
 from .connection import Answer, Connection
 from .problem import Problem
+from .rasters import Opened, Raster, opened
 
 PART = 32 << 20
 WHOLE = 64 << 20
@@ -69,17 +71,51 @@ def _offset(answer: Answer, size: int) -> int:
     return int(text)
 
 
-def send_whole(connection: Connection, file: BinaryIO, target: str) -> Answer:
+Sending = Tuple[Dict[str, Any], Callable[[], None]]
+"""What the service answers, and what is to be called once that is kept: until then the same call goes on with the same bytes."""
+WANTED = "a raster, or source= with its address, is wanted"
+
+
+def nobody(done: int, total: int) -> None:
+    pass
+
+
+class Way(NamedTuple):
+    """How rasters go."""
+    resume: bool = False
+    """In parts, however small."""
+    sent: Sent = nobody
+
+
+def _no_note() -> None:
+    pass
+
+
+def send(connection: Connection, method: str, path: str, raster: Optional[Raster], options: Mapping[str, words.Option],
+         way: Way) -> Sending:
+    """Without a raster the options name one (source=), or need none."""
+    if raster is None:
+        return dict(_send_whole(connection, method, path + "?" + words.query(options), None).json()), _no_note
+    name = options.get("name")
+    with opened(raster, name if isinstance(name, str) else None) as given:
+        target = path + "?" + words.query({**options, "name": given.name})
+        if not way.resume and given.file.seek(0, io.SEEK_END) <= WHOLE:
+            given.file.seek(0)
+            return dict(_send_whole(connection, method, target, given.file.read()).json()), _no_note
+        note = Note(f"{connection.url}\n{path}\n{given.place}", identity(given.file))
+        return dict(_send_parts(connection, given, method, target, note, way.sent).json()), note.remove
+
+
+def _send_whole(connection: Connection, method: str, target: str, raster: Optional[bytes]) -> Answer:
     """The answer may get lost: asked again, the service gives the same dataset."""
-    headers = {"Idempotency-Key": "cordillera-" + secrets.token_hex(13), "Content-Type": "application/octet-stream"}
-    file.seek(0)
-    return connection.ask("POST", target, headers, file.read())
+    headers = {"Idempotency-Key": "cordillera-" + secrets.token_hex(13)}
+    if raster is not None:
+        headers["Content-Type"] = "application/octet-stream"
+    return connection.ask(method, target, headers, raster)
 
 
-def send_parts(connection: Connection, file: BinaryIO, name: str, target: str, purpose: str, sent: Sent) -> tuple[Answer, Note]:
-    """The note is to be removed once the dataset is known."""
-    note = Note(purpose, identity(file))
-    size = file.seek(0, io.SEEK_END)
+def _send_parts(connection: Connection, given: Opened, method: str, target: str, note: Note, sent: Sent) -> Answer:
+    size = given.file.seek(0, io.SEEK_END)
     upload = note.read()
     offset = 0
     if upload is not None:
@@ -89,26 +125,29 @@ def send_parts(connection: Connection, file: BinaryIO, name: str, target: str, p
             if problem.status == 0:
                 raise
             try:  # a dataset was made of it, and only the answer is missing; or the service has forgotten it
-                return connection.ask("POST", f"{target}&upload={upload}"), note
+                return connection.ask(method, f"{target}&upload={upload}")
             except Problem:
                 upload = None
     if upload is None:
-        words = {"Tus-Resumable": "1.0.0", "Upload-Length": str(size), "Upload-Metadata": "filename " + base64.b64encode(name.encode()).decode()}
-        begun = connection.ask("POST", "/v1/uploads", words)
+        length = {"Tus-Resumable": "1.0.0", "Upload-Length": str(size)}
+        if given.name:
+            length["Upload-Metadata"] = "filename " + base64.b64encode(given.name.encode()).decode()
+        begun = connection.ask("POST", "/v1/uploads", length)
         upload = (begun.headers.get("Location") or "").rsplit("/", 1)[-1]
         note.keep(upload)
-    _send_rest(connection, file, upload, offset, sent)
-    return connection.ask("POST", f"{target}&upload={upload}"), note
+    _send_rest(connection, given.file, upload, offset, sent)
+    return connection.ask(method, f"{target}&upload={upload}")
 
 
 def _send_rest(connection: Connection, file: BinaryIO, upload: str, offset: int, sent: Sent) -> None:
     path, size, patience = "/v1/uploads/" + upload, file.seek(0, io.SEEK_END), connection.patience()
     while offset < size:
         file.seek(offset)
+        part = file.read(min(PART, size - offset))
         headers = {"Tus-Resumable": "1.0.0", "Upload-Offset": str(offset), "Content-Type": "application/offset+octet-stream"}
         try:
-            answer = connection.once("PATCH", path, headers, file.read(min(PART, size - offset)))
-            trouble = None if answer.status == 204 else Problem.in_body(answer.status, answer.body, connection.url)
+            answer = connection.once("PATCH", path, headers, part)
+            trouble = None if answer.status == 204 else connection.problem(answer)
         except (OSError, http.client.HTTPException) as error:
             trouble = connection.unreachable(error)
         if trouble is not None:
