@@ -37,7 +37,8 @@ class Scripted:
         self.seen = []  # (number of the connection, method and path)
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.url = "http://127.0.0.1:%d" % self._listener.getsockname()[1]
-        threading.Thread(target=self._accept, daemon=True).start()
+        self._accepting = threading.Thread(target=self._accept, daemon=True)
+        self._accepting.start()
 
     def _accept(self):
         with contextlib.suppress(OSError):
@@ -62,6 +63,8 @@ class Scripted:
                     end.sendall(piece)
 
     def close(self):
+        self._listener.shutdown(socket.SHUT_RDWR)  # close() alone would leave the port to who waits in accept()
+        self._accepting.join()
         self._listener.close()
         for end in self._open:
             end.close()
