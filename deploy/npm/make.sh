@@ -8,7 +8,7 @@ archive=$(realpath "${1:?usage: deploy/npm/make.sh ARCHIVE.tar.gz FOLDER}") fold
 version=${BASH_REMATCH[1]}
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-cp "$here/cordillera.mjs" "$work"
+cp "$here/cordillera.mjs" "$here/README.md" "$work"
 sed "s/\"version\": \"0.0.0\"/\"version\": \"$version\"/" "$here/package.json" >"$work/package.json"
 mkdir "$work/program"
 tar -xzf "$archive" -C "$work/program" --strip-components=1

@@ -12,7 +12,7 @@ import warnings
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from scripted_service import CUT, answer, scripted, stream  # noqa: E402
 import cordillera  # noqa: E402
-from cordillera import patience  # noqa: E402
+from cordillera import patience, progress  # noqa: E402
 
 VERSION = answer(200, {"version": "1.2.3"})
 RUNNING = {"stage": "build", "done": 1, "total": 2, "share": 0.7, "seconds_left": None, "place": None, "state": "running"}
@@ -76,10 +76,11 @@ def a_refused_stream_is_asked_for_the_status():
 
 
 def patience_begins_with_the_first_failure():
-    with own_clock() as clock:
-        quiet = (stream(("progress", RUNNING)), lambda: clock.later(500), CUT)
-        with scripted(quiet, CUT, stream(READY)) as there:
-            cordillera.Service(there.url).dataset("a").wait()
+    heard = threading.Event()
+    with own_clock() as clock, scripted((stream(("progress", RUNNING)), heard.wait, CUT), CUT, stream(READY)) as there:
+        for _ in cordillera.Service(there.url).dataset("a").watch():
+            clock.later(500)  # quiet, and no failure
+            heard.set()
     with own_clock() as clock:
         comments = (stream("waiting"), CUT)
         with scripted(*[comments] * 2000, stream(READY)) as there:  # 500 s of pauses
@@ -91,19 +92,24 @@ def patience_begins_with_the_first_failure():
 
 
 def a_failed_build_is_told_once_whatever_its_status():
-    failed = ("failed", {"type": "urn:cordillera:problem:storage-unreachable", "status": 503, "detail": "gone"})
+    failed = ("failed", {"type": "urn:cordillera:problem:storage-unreachable", "status": 503, "detail": "gone", "request_id": "abc"})
     with own_clock() as clock, scripted(stream(failed)) as there:
-        assert caught(cordillera.Problem, cordillera.Service(there.url).dataset("a").wait).type == "storage-unreachable"
-        assert clock.slept == []
+        problem = caught(cordillera.Problem, cordillera.Service(there.url).dataset("a").wait)
+        assert (problem.type, problem.request_id, clock.slept) == ("storage-unreachable", "abc", [])
 
 
 def a_timeout_is_the_callers():
-    with scripted(stream(("progress", RUNNING)), stream(READY)) as there:
+    with scripted(stream(("progress", RUNNING), READY), stream(READY)) as there:  # one look
         dataset = cordillera.Service(there.url).dataset("a")
         caught(TimeoutError, lambda: dataset.wait(timeout=0))
         dataset.wait(timeout=0)
-    with scripted(stream(("progress", RUNNING))) as there:
-        caught(TimeoutError, lambda: cordillera.Service(there.url).dataset("a").wait(timeout=0.2))
+    kept = progress.TIMEOUT_S, progress._FIRST_LOOK_S
+    progress.TIMEOUT_S = progress._FIRST_LOOK_S = 3600
+    try:  # while nothing is said
+        with scripted(stream(("progress", RUNNING))) as there:
+            caught(TimeoutError, lambda: cordillera.Service(there.url).dataset("a").wait(timeout=0.2))
+    finally:
+        progress.TIMEOUT_S, progress._FIRST_LOOK_S = kept
     with own_clock() as clock, scripted() as there:  # and while the service is away
         caught(TimeoutError, lambda: cordillera.Service(there.url).dataset("a").wait(timeout=20))
         assert abs(sum(clock.slept) - 20) < 1e-6, clock.slept
