@@ -152,6 +152,13 @@ def a_service_that_was_never_there_is_told_at_once():
             assert caught(cordillera.Problem, call).type == "service-unreachable" and clock.slept == []
 
 
+def a_rollback_whose_answer_gets_lost_is_done_once():
+    kept = answer(200, {"versions": [{"number": 3, "served": True}, {"number": 2, "served": False}]})
+    with scripted(kept, CUT, kept) as there:
+        cordillera.Service(there.url).dataset("a").rollback()
+        assert asked(there)[1:] == ["POST /v1/datasets/a/rollback?to=2"] * 2, there.seen
+
+
 def problems_can_be_copied():
     problem = cordillera.Problem("option-invalid", "no", status=400, accepted="yes", parameter="error", request_id="abc", retry_after_s=2)
     for copied in [copy.copy(problem), copy.deepcopy(problem)] + [pickle.loads(pickle.dumps(problem, k)) for k in range(pickle.HIGHEST_PROTOCOL + 1)]:
@@ -194,6 +201,7 @@ def sockets_are_closed():
 
 for test in (a_lazy_dataset_ends_with_its_tiles, a_refused_stream_is_asked_for_the_status, patience_begins_with_the_first_failure,
              a_failed_build_is_told_once_whatever_its_status, a_timeout_is_the_callers, the_error_of_a_signals_handler_is_the_callers,
-             retry_after_is_waited_for, a_service_that_was_never_there_is_told_at_once, problems_can_be_copied, a_fork_has_a_socket_of_its_own,
+             retry_after_is_waited_for, a_service_that_was_never_there_is_told_at_once,
+             a_rollback_whose_answer_gets_lost_is_done_once, problems_can_be_copied, a_fork_has_a_socket_of_its_own,
              sockets_are_closed):
     test()
