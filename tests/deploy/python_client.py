@@ -1,5 +1,6 @@
 """What a user of the Python client does, with the module from its wheel. python_client.py RASTER FINE; the server is $CORDILLERA_SERVER.
 FINE is a raster of several blocks."""
+import contextlib
 import io
 import json
 import os
@@ -110,7 +111,18 @@ def write_all(pipe, data):
 
 def changed(service):
     """Another title; rasters that come and go; a change that fails is told to who asked for it, and to nobody else."""
-    dataset = service.post([RASTER, RASTER], error=60, bbox=BOX, crs="EPSG:4326").wait(600)
+    def sent(done, total):
+        seen.append(done)
+        if len(seen) > 1 and done < seen[-2]:
+            raise Killed  # with the second raster under way
+
+    seen = []
+    options = {"error": 60, "bbox": BOX, "crs": "EPSG:4326", "resume": True}
+    with contextlib.suppress(Killed):
+        service.post([RASTER, RASTER], sent=sent, **options)
+    begun = [d.id for d in service.datasets(limit=1)]
+    dataset = service.post([RASTER, RASTER], **options).wait(600)
+    assert [dataset.id] == begun, "another dataset than that of the first raster"
     assert dataset.edit(title="White Mountains")["title"] == "White Mountains"
     first, second = dataset.sources()
     assert [first["options"], second["options"]] == [{"crs": "EPSG:4326"}] * 2, (first, second)
