@@ -129,6 +129,8 @@ void keep_drivers_of_anybody() {
   }
 }
 
+std::string sorting_line(const std::string& name) { return "sort -g -k 2,2r -k 1,1 " + shell_word(name) + " > sorted.xyz"; }
+
 std::string accepted_formats(const std::string& name) {
   const std::string accepted =
       "GeoTIFF or COG, an .hgt named like N44W072.hgt, Esri ASCII grid, USGS DEM, NetCDF, Erdas .img, DTED, XYZ, GeoPackage, "

@@ -55,5 +55,7 @@ void keep_drivers_of_anybody();
 
 /// What is read, and with a name the line that makes a GeoTIFF of such a file, if GDAL can.
 std::string accepted_formats(const std::string& name);
+/// The line that puts points, x y z with blanks between, into the order of a grid.
+std::string sorting_line(const std::string& name);
 
 }  // namespace cordillera::raster

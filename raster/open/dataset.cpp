@@ -133,6 +133,9 @@ Problem not_opened(const AtHand& raster, const std::string& message) {
         "raster-unreadable",
         name + " begins as " + kind + " and cannot be opened as a raster of that kind" + (message.empty() ? "" : ": " + message),
         "a complete, undamaged file: " + accepted_formats(raster.file), ""};
+  if (message.find("Ungridded dataset") != std::string::npos)
+    return {"raster-format-unsupported", name + " is points in an order that makes no grid: " + message,
+            "points of a regular grid, row by row, each row from west to east: " + sorting_line(raster.file), ""};
   return {"raster-format-unsupported", name + " cannot be opened as a raster" + (message.empty() ? "" : ": " + message),
           accepted_formats(raster.file), ""};
 }

@@ -75,6 +75,24 @@ TEST_F(Format, AHeaderBesideAFileOfAnotherKindIsNotItsOwn) {
   EXPECT_EQ(problem_type(path("dem.DEM")), "");
 }
 
+// The line that a refusal gives makes a grid of them.
+TEST_F(Format, PointsInAnyOrderAreToldHowToBeSorted) {
+  const std::string points = write_text("500030 5300000 4\n500000 5300030 1\n500030 5300030 2\n500000 5300000 3\n", "points.xyz");
+  proto::BuildOptions options = plain_options();
+  options.set_crs("EPSG:32632");
+  const auto refused = open(points, options);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.problem().type, "raster-format-unsupported");
+  const std::size_t line = refused.problem().accepted.find("sort ");
+  ASSERT_NE(line, std::string::npos) << refused.problem().line();
+  ASSERT_EQ(std::system(("cd '" + std::filesystem::path(points).parent_path().string() + "' && " +
+                         refused.problem().accepted.substr(line))
+                            .c_str()),
+            0);
+  const std::string sorted = path("sorted.xyz");
+  EXPECT_TRUE(open(sorted, options).ok());
+}
+
 TEST_F(Format, ACrsBesideItIsItsOwn) {
   const char* const prj = R"(GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984",SPHEROID["WGS_1984",6378137.0,298.257223563]],)"
                           R"(PRIMEM["Greenwich",0.0],UNIT["Degree",0.0174532925199433]])";
