@@ -5,6 +5,7 @@
 #include <numbers>
 #include <utility>
 
+#include "pipeline/store/store_publish.h"
 #include "tests/pipeline/store_written.h"
 
 namespace cordillera::pipeline {
@@ -112,6 +113,29 @@ TEST(Store, AnotherDatumThanTheRasterDeclaresIsNotedOnce) {
   EXPECT_EQ(published(same), Notes{});
   EXPECT_EQ(published(silent), Notes{});
   EXPECT_EQ(published(several), (Notes{"NAVD88 height declared, EGM96 used", "EGM2008 declared, EGM96 used"}));
+}
+
+TEST(Store, HorizontalDatumsAreNotedWhereTheyMatter) {
+  const TemporaryFolder folder;
+  const auto notes = [&](const std::vector<std::pair<const char*, bool>>& sources) {
+    proto::Manifest blank = synthetic_manifest();
+    for (const auto& [datum, ignored] : sources) {
+      proto::Source* const source = sources.size() == 1 ? blank.mutable_source() : blank.add_sources();
+      source->set_crs("unknown");
+      source->set_horizontal_datum(datum);
+      source->set_datum_ignored(ignored);
+    }
+    note_datums(blank);
+    return std::vector<std::string>(blank.notes().begin(), blank.notes().end());
+  };
+  using Notes = std::vector<std::string>;
+  EXPECT_EQ(notes({{"WGS 1984", false}}), Notes{});
+  EXPECT_EQ(notes({{"WGS 1984", false}, {"WGS 1984", false}}), Notes{});
+  EXPECT_EQ(notes({{"Bessel", true}}),
+            Notes{"PROJ knows no way from the datum of unknown (Bessel) to WGS 84, and takes it for that: places "
+                  "may be some hundred metres off"});
+  EXPECT_EQ(notes({{"GDA94", false}, {"GDA2020", false}, {"GDA94", false}}),
+            Notes{"The rasters have 2 horizontal datums (GDA2020, GDA94): where they meet they may be some metres apart"});
 }
 
 TEST(Store, BoundsCrossTheAntimeridian) {

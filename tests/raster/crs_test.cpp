@@ -115,6 +115,19 @@ TEST_F(Crs, PixelSizeIsOnTheGround) {
   EXPECT_EQ(source->description().crs(), "WGS 84 / Pseudo-Mercator (EPSG:3857)");
 }
 
+TEST_F(Crs, NamesItsDatumAndSaysWhetherProjKnowsAWayFromIt) {
+  const auto described = [this](const std::string& crs, double west = 500000) {
+    Spec spec;
+    spec.crs = crs;
+    spec.geotransform = {west, 30, 0, 5500000, 0, -30};
+    return must_open(write(spec))->description();
+  };
+  EXPECT_EQ(described("EPSG:32632").horizontal_datum(), "WGS 1984");
+  EXPECT_FALSE(described("EPSG:32632").datum_ignored());
+  EXPECT_FALSE(described("EPSG:31467", 3500000).datum_ignored()) << "DHDN has a way without a grid";
+  EXPECT_TRUE(described("+proj=utm +zone=32 +ellps=bessel +units=m +no_defs").datum_ignored());
+}
+
 TEST_F(Crs, OverTheAntimeridian) {
   for (const double west : {175.0, -185.0}) {
     Spec spec;
