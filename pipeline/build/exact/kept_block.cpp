@@ -6,7 +6,10 @@
 #include <bit>
 #include <cstddef>
 #include <memory>
+#include <new>
+#include <span>
 #include <stdexcept>
+#include <utility>
 
 #include "block.pb.h"
 #include "gpu/exact/steps/coded.h"
@@ -23,14 +26,49 @@ static_assert(std::endian::native == std::endian::little && sizeof(BoundingPlane
 /// The fastest: what is packed is read soon, and then dropped.
 constexpr int kLevel = 1;
 
+/// Piece by piece, so that nothing but what is packed takes memory: to have it anew takes as long as to pack.
+class Packer {
+ public:
+  explicit Packer(std::size_t bytes) {
+    if (!context_) throw std::bad_alloc();
+    check(ZSTD_CCtx_setParameter(context_.get(), ZSTD_c_compressionLevel, kLevel));
+    check(ZSTD_CCtx_setPledgedSrcSize(context_.get(), bytes));
+  }
+  void add(std::span<const std::byte> piece) { run(piece, ZSTD_e_continue); }
+  std::string end() {
+    run({}, ZSTD_e_end);
+    return std::move(packed_);
+  }
+
+ private:
+  void run(std::span<const std::byte> piece, ZSTD_EndDirective directive) {
+    ZSTD_inBuffer in{piece.data(), piece.size(), 0};
+    for (std::size_t left = 1; left > 0 || in.pos < in.size;) {
+      ZSTD_outBuffer out{room_.data(), room_.size(), 0};
+      left = check(ZSTD_compressStream2(context_.get(), &out, &in, directive));
+      packed_.append(room_.data(), out.pos);
+      if (directive == ZSTD_e_continue) left = 0;  // what it holds back comes with more
+    }
+  }
+  static std::size_t check(std::size_t result) {
+    if (ZSTD_isError(result)) throw std::runtime_error(std::string("zstd: ") + ZSTD_getErrorName(result));
+    return result;
+  }
+
+  struct Free {
+    void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }
+  };
+  const std::unique_ptr<ZSTD_CCtx, Free> context_{ZSTD_createCCtx()};
+  std::array<char, 1 << 15> room_{};
+  std::string packed_;
+};
+
 template <class Row>
 std::string pack(const Row& row) {
-  const std::size_t bytes = row.size() * sizeof(row[0]);
-  std::string packed(ZSTD_compressBound(bytes), '\0');
-  const std::size_t size = ZSTD_compress(packed.data(), packed.size(), row.data(), bytes, kLevel);
-  if (ZSTD_isError(size)) throw std::runtime_error(std::string("zstd: ") + ZSTD_getErrorName(size));
-  packed.resize(size);
-  return packed;
+  const auto bytes = std::as_bytes(std::span(row));
+  Packer packer(bytes.size());
+  packer.add(bytes);
+  return packer.end();
 }
 
 /// False: that is not what is packed there.
@@ -41,21 +79,26 @@ bool unpack(const std::string& packed, std::size_t count, Row& row) {
   return ZSTD_decompress(row.data(), bytes, packed.data(), packed.size()) == bytes;
 }
 
-/// Codes of squares that many steps tell apart, all of one table.
-std::vector<std::uint8_t> coarser(const gpu::exact::Squares& squares, float unit) {
+/// Made coarser on the way.
+std::string pack_codes(const gpu::exact::Squares& squares, float unit) {
   constexpr int kCodes = 256, kTables = 8;  // of 0, 1, 3 … 127 steps
   std::array<std::array<std::uint8_t, kCodes>, kTables> tables;
   for (int t = 0; t < kTables; ++t) {
     for (int code = 0; code < kCodes; ++code)
       tables[t][code] = gpu::exact::coarser_code(static_cast<std::uint8_t>(code), (1 << t) - 1);
   }
-  std::vector<std::uint8_t> to(squares.code.size());
+  Packer packer(squares.code.size());
+  std::array<std::uint8_t, 1 << 14> piece;
+  std::size_t filled = 0;
   for (std::size_t s = 0; s < squares.plane.size(); ++s) {
     const int steps = gpu::exact::code_steps(squares.plane[s].off, unit);
     const auto& table = tables[std::bit_width(static_cast<unsigned>(steps))];
-    for (std::size_t k = 64 * s; k < 64 * s + 64; ++k) to[k] = table[squares.code[k]];
+    for (std::size_t k = 64 * s; k < 64 * s + 64; ++k) piece[filled++] = table[squares.code[k]];
+    if (filled < piece.size() && s + 1 < squares.plane.size()) continue;
+    packer.add(std::as_bytes(std::span(piece).first(filled)));
+    filled = 0;
   }
-  return to;
+  return packer.end();
 }
 
 }  // namespace
@@ -65,7 +108,7 @@ std::string to_bytes(const KeptBlock& block, float code_unit) {
   *record.mutable_mesh() = record_of_mesh(block.mesh);
   const gpu::exact::Squares& squares = block.squares;
   record.set_planes(pack(squares.plane));
-  record.set_codes(pack(coarser(squares, code_unit)));
+  record.set_codes(pack_codes(squares, code_unit));
   if (!squares.depth.empty()) record.set_depths(pack(squares.depth));
   record.set_code_unit(code_unit);
   return record.SerializeAsString();
