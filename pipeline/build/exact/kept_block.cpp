@@ -92,8 +92,15 @@ std::string pack_codes(const gpu::exact::Squares& squares, float unit) {
   std::size_t filled = 0;
   for (std::size_t s = 0; s < squares.plane.size(); ++s) {
     const int steps = gpu::exact::code_steps(squares.plane[s].off, unit);
-    const auto& table = tables[std::bit_width(static_cast<unsigned>(steps))];
-    for (std::size_t k = 64 * s; k < 64 * s + 64; ++k) piece[filled++] = table[squares.code[k]];
+    const std::uint8_t* const from = &squares.code[64 * s];
+    std::uint8_t* const to = &piece[filled];
+    if (steps == 0) {  // of most squares on most ground: without a table it is done at once
+      for (int k = 0; k < 64; ++k) to[k] = gpu::exact::coarser_code(from[k], 0);
+    } else {
+      const auto& table = tables[std::bit_width(static_cast<unsigned>(steps))];
+      for (int k = 0; k < 64; ++k) to[k] = table[from[k]];
+    }
+    filled += 64;
     if (filled < piece.size() && s + 1 < squares.plane.size()) continue;
     packer.add(std::as_bytes(std::span(piece).first(filled)));
     filled = 0;
