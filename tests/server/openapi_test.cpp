@@ -186,6 +186,61 @@ TEST(OpenApi, HeadersOfAnUploadAreRequiredWhereNothingGoesWithoutThem) {
   for (const char* method : {"get", "patch", "delete"}) EXPECT_STREQ(header(one, method, "Tus-Resumable"), "may be") << method;
 }
 
+/// A generator of clients sends a body that has no type as JSON.
+TEST(OpenApi, BodiesThatAreBytesSayIt) {
+  const Json document = description();
+  const Json bytes = {{"type", "string"}, {"format", "binary"}};
+  int seen = 0;
+  for (const auto& [path, item] : document["paths"].items()) {
+    for (const auto& [method, operation] : item.items()) {
+      if (method == "parameters" || !operation.contains("requestBody")) continue;
+      for (const auto& [type, content] : operation["requestBody"]["content"].items()) {
+        EXPECT_FALSE(content["schema"].empty()) << method << " " << path << " " << type;
+        if (type.ends_with("octet-stream")) { EXPECT_EQ(content["schema"], bytes) << method << " " << path; }
+        if (type.ends_with("octet-stream")) ++seen;
+      }
+    }
+  }
+  EXPECT_EQ(seen, 5);
+  const Json& all = document["paths"]["/v1/datasets"];
+  EXPECT_EQ(all["put"]["requestBody"]["content"].size(), 1u) << "generators of clients take one type, JSON where it is there";
+  EXPECT_EQ(all["post"]["requestBody"]["content"].begin().key(), "application/octet-stream");
+  const Json form = document["components"]["schemas"]["raster_form"]["properties"];
+  EXPECT_EQ(form["file"]["items"], bytes);
+  for (const Json& parameter : all["post"]["parameters"]) {
+    if (parameter["in"] == "query") { EXPECT_TRUE(form.contains(parameter["name"])) << parameter["name"]; }
+  }
+}
+
+TEST(OpenApi, OptionsHaveTheTypesThatTheirRowsTake) {
+  const Json paths = description()["paths"];
+  const auto schema = [&paths](const char* path, const char* method, const std::string& name) {
+    for (const Json& parameter : paths[path][method]["parameters"]) {
+      if (parameter["name"] == name) return parameter["schema"];
+    }
+    return Json();
+  };
+  const auto posted = [&](const std::string& name) { return schema("/v1/datasets", "post", name); };
+  const Json text = {{"type", "string"}}, number = {{"type", "number"}};
+  EXPECT_EQ(posted("error"), number);
+  EXPECT_EQ(posted("z_scale"), number);
+  EXPECT_EQ(posted("threads"), (Json{{"type", "integer"}, {"minimum", 0}, {"maximum", 1024}}));
+  EXPECT_EQ(posted("memory"), (Json{{"type", "integer"}}));
+  EXPECT_EQ(posted("dry_run"), (Json{{"type", "boolean"}}));
+  EXPECT_EQ(posted("provisional"), (Json{{"type", "boolean"}}));
+  EXPECT_EQ(posted("bbox"), (Json{{"type", "array"}, {"items", number}}));
+  EXPECT_EQ(posted("keep"), posted("bbox"));
+  EXPECT_EQ(posted("build"), (Json{{"type", "string"}, {"enum", {"full", "lazy"}}}));
+  EXPECT_EQ(posted("strategy"), (Json{{"type", "string"}, {"enum", {"auto", "waves", "exact", "cleap", "sequential"}}}));
+  for (const char* name : {"band", "crs", "nodata", "voids", "device", "title", "imagery", "vertical_datum"})
+    EXPECT_EQ(posted(name), text) << name;
+  const Json states = {{"type", "string"}, {"enum", {"queued", "running", "ready", "failed"}}};
+  EXPECT_EQ(schema("/v1/datasets", "get", "state"), (Json{{"type", "array"}, {"items", states}}));
+  EXPECT_EQ(schema("/v1/datasets", "get", "limit"), (Json{{"type", "integer"}, {"minimum", 1}, {"maximum", 1000}}));
+  const Json fields = description()["components"]["schemas"]["posting_fields"]["properties"];
+  EXPECT_EQ(fields["bbox"]["type"], "string") << "a form has no lists";
+}
+
 TEST(OpenApi, ABodyOfFieldsIsDescribedWhereItIsTaken) {
   const Json content = description()["paths"]["/v1/datasets/{id}"]["patch"]["requestBody"]["content"];
   EXPECT_EQ(content["application/x-www-form-urlencoded"], content["application/json"]);

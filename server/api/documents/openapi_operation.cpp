@@ -21,6 +21,10 @@ Json content_of(const std::string& type, const char* schema) {
   return {{type, {{"schema", form}}}};
 }
 
+Json bytes_schema() { return {{"type", "string"}, {"format", "binary"}}; }
+
+Json bytes_of(const std::string& type) { return {{type, {{"schema", bytes_schema()}}}}; }
+
 Json answer(const std::string& about, const std::string& type, const char* schema) {
   return {{"description", about}, {"content", content_of(type, schema)}};
 }

@@ -28,6 +28,10 @@ Json& item(Json& paths, const std::string& path);
 
 /// By media type. schema: its name among the components; null: anything.
 Json content_of(const std::string& type, const char* schema);
+/// A body that is no text: a raster, or a part of one.
+Json bytes_of(const std::string& type);
+/// As generators of clients know it, which take a schema that says nothing for JSON.
+Json bytes_schema();
 Json answer(const std::string& about, const std::string& type, const char* schema = nullptr);
 /// An answer without a body, and its headers.
 Json bare(const char* about, std::initializer_list<const char*> headers);

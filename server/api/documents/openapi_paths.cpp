@@ -6,7 +6,7 @@
 #include "pipeline/faces/face.h"
 #include "proto/lattice.h"
 #include "server/api/documents/openapi.h"
-#include "server/api/documents/openapi_operation.h"
+#include "server/api/documents/openapi_options.h"
 #include "server/api/requests/list_query.h"
 #include "server/api/requests/query_words.h"
 #include "server/api/requests/routes.h"
@@ -24,17 +24,6 @@ Json prefer_of_reading() {
   return header(
       "Prefer",
       "wait=SECONDS: while the dataset is being built, the answer waits so long for the final tile, within the limit max_wait");
-}
-
-/// The rows of a table as parameters of a query.
-template <class Wish>
-Json parameters_of(const std::vector<OptionOf<Wish>>& table) {
-  Json parameters = Json::array();
-  for (const OptionOf<Wish>& option : table) {
-    if (option.open_to == OpenTo::requests)
-      parameters.push_back(query(spelt(option.name, Spelling::query), option.help + "; accepted: " + option.accepted));
-  }
-  return parameters;
 }
 
 /// What a change may name with If-Match.
@@ -58,7 +47,7 @@ Json post_parameters() {
   return parameters;
 }
 
-Json raster_body() { return {{"required", false}, {"content", content_of("application/octet-stream", nullptr)}}; }
+Json raster_body() { return {{"required", false}, {"content", bytes_of("application/octet-stream")}}; }
 
 Operation get_of(const std::string& about, const char* type, const char* schema = nullptr) {
   return {about, {{"200", answer(about, type, schema)}}};
@@ -77,11 +66,13 @@ void describe_datasets(Operations& all) {
   }
   Operation& post = all["post_dataset"] = {
       "Build tiles from a raster: the body is the raster itself, a form with rasters as its files and options as fields, or "
-      "options as JSON or as fields of a plain form. Several files become one dataset, the first wins. A PUT does the same",
+      "options as JSON or as fields of a plain form. Several files become one dataset, the first wins",
       good, post_parameters(), raster_body()};
-  for (const char* type : {"multipart/form-data", "application/json", "application/x-www-form-urlencoded"})
-    post.body["content"][type]["schema"] = {{"type", "object"}};
-  all["put_dataset"] = post;
+  post.body["content"].update(content_of("multipart/form-data", "raster_form"));
+  for (const char* type : {"application/json", "application/x-www-form-urlencoded"})
+    post.body["content"].update(content_of(type, type == std::string("application/json") ? "posting" : "posting_fields"));
+  // Of one type: generators of clients take one of several, and that is JSON.
+  all["put_dataset"] = {"The same of a raster that is the body", good, post_parameters(), raster_body()};
   all["dataset"] = {"State, progress, links, and what there is to fetch", guarded("The dataset", "dataset")};
   all["describe_dataset"] = {
       "Change title, attribution, imagery or private, or build the rest of a lazy dataset, as JSON or in the query; for who "
@@ -113,7 +104,7 @@ void describe_uploads(Operations& all) {
   all["continue_upload"] = {"Bytes from the offset on",
                             {{"204", bare("They are on disk", {"Upload-Offset", "Tus-Resumable"})}},
                             Json::array({required(header("Upload-Offset", "where the body begins: what HEAD told")), tus}),
-                            {{"required", true}, {"content", content_of("application/offset+octet-stream", nullptr)}}};
+                            {{"required", true}, {"content", bytes_of("application/offset+octet-stream")}}};
   all["end_upload"] = {"Throw it away", {{"204", bare("It is gone", {"Tus-Resumable"})}}, Json::array({tus})};
 }
 
@@ -185,7 +176,7 @@ void describe_elevation(Operations& all) {
   all["elevation_by_post"] = {"The same for places in the body: points or a line as lists of [lon, lat], or GeoJSON",
                               good,
                               Json::array({parameters[2], parameters[3], parameters[4]}),
-                              {{"required", true}, {"content", content_of("application/json", nullptr)}}};
+                              {{"required", true}, {"content", content_of("application/json", "places")}}};
 }
 
 void describe_meshes(Operations& all) {

@@ -2,6 +2,8 @@
 #include "pipeline/exports/mesh/mesh_output.h"
 #include "proto/lattice.h"
 #include "server/api/documents/openapi.h"
+#include "server/api/documents/openapi_options.h"
+#include "server/api/requests/query_words.h"
 #include "server/datasets/registry.h"
 #include "server/http/problems.h"
 
@@ -124,6 +126,20 @@ Json elevations() {
   return object(properties, Json::array_t{"level", "stated_max_error", "points"});
 }
 
+/// What elevations are asked of in a body.
+Json places() {
+  const Json place = {{"type", "array"}, {"items", {{"type", "number"}}}, {"description", "lon, lat in degrees"}};
+  Json properties;
+  properties["points"] = {{"type", "array"}, {"items", place}, {"description", "places, one by one"}};
+  properties["line"] = {{"type", "array"}, {"items", place}, {"description", "the corners of a line"}};
+  properties["type"] = text("of GeoJSON: Point, MultiPoint, LineString or Feature");
+  properties["coordinates"] = {{"type", "array"}, {"items", Json::object()}, {"description", "of GeoJSON"}};
+  properties["geometry"] = {{"type", "object"}, {"description", "of a Feature"}};
+  Json made = object(properties, Json::array_t{});
+  made["description"] = "points, line or GeoJSON";
+  return made;
+}
+
 Json limits() {
   Json of_one;
   of_one["value"] = number("at most, min_disk_free apart");
@@ -184,6 +200,17 @@ Json sources_schemas(Json all) {
   return all;
 }
 
+/// What a POST takes as its body beside a raster.
+void add_postings(Json& all) {
+  all["posting"] = object(openapi::members_of(post_words()), Json::array_t{});
+  Json fields = openapi::fields_of(post_words());
+  all["posting_fields"] = object(fields, Json::array_t{});
+  fields["file"] = {{"type", "array"},
+                    {"items", openapi::bytes_schema()},
+                    {"description", "the rasters, the one that wins first; none with source or upload"}};
+  all["raster_form"] = object(fields, Json::array_t{});
+}
+
 Json schemas() {
   Json all;
   all["problem"] = problem();
@@ -202,9 +229,11 @@ Json schemas() {
   all["face"] = face();
   all["link"] = link();
   all["elevations"] = elevations();
+  all["places"] = places();
   all["health"] = object({{"status", {{"type", "string"}, {"enum", Json::array_t{"ok"}}}}}, Json::array_t{"status"});
   all["limits"] = limits();
   all["estimate"] = {{"type", "object"}, {"description", "levels and targets; tiles, triangles, bytes and seconds as guesses"}};
+  add_postings(all);
   return sources_schemas(std::move(all));
 }
 

@@ -93,7 +93,7 @@ const std::vector<OptionOf<Dataset>>& description_words() {
        [](std::string_view text, Dataset& dataset) { return read_imagery(text, dataset.options.mutable_imagery()); }},
       {"private", "", "read with a token only; 0: by everybody", "1 or 0",
        [](std::string_view text, Dataset& dataset) { return read_switch(text, &dataset.is_private); }},
-      {"build", "full", "all blocks are made from now on", "full: all blocks are made from now on", take_build},
+      {"build", "full", "all blocks are made from now on", "full", take_build},
   };
   return kRows;
 }
