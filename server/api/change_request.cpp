@@ -88,6 +88,8 @@ proto::Result<ChangeRequest> read_change(const Settings& server, const Request& 
   if (auto refused = check_delivery(server.serve, request, raster, asked.delivery)) return *refused;
   asked.delivery.key_by_upload();
   change.set_idempotency_key(own_key(request, asked.delivery.key));
+  if (!asked.delivery.any() && request.query.empty())  // a version that is as the one before would take the place of a kept one
+    return Problem{"option-invalid", "nothing is to change", "a raster as the body, source=, upload=, position or options", ""};
   if (!asked.delivery.any()) return asked;
   source.mutable_spec()->set_path(raster_path(source.spec().name()));
   source.set_added(now_text());

@@ -234,6 +234,9 @@ TEST_F(Updates, WhatIsWrongChangesNothing) {
     EXPECT_THAT(words.bytes, HasSubstr("source=ADDRESS or upload=ID in the query")) << type;
   }
   EXPECT_EQ(slug(change("PUT", "/sources/nobody", "patch.tif")), "source-unknown");
+  const Said nothing = change("PUT", "/sources/" + source(0));
+  EXPECT_EQ(nothing.status, 400) << nothing.bytes;
+  EXPECT_THAT(nothing.bytes, HasSubstr("nothing is to change"));
   EXPECT_EQ(slug(change("DELETE", "/sources/nobody")), "source-unknown");
   EXPECT_EQ(ask("POST", base_ + "/rollback?to=7").status, 404);
   EXPECT_EQ(slug(ask("POST", base_ + "/rollback?to=1&to=2")), "option-repeated");
