@@ -12,6 +12,7 @@
 #include "server/datasets/whole_share.h"
 #include "server/fetch/addresses.h"
 #include "server/http/conditions.h"
+#include "server/http/digest.h"
 #include "server/http/json.h"
 #include "server/jobs/provisional.h"
 
@@ -154,8 +155,27 @@ Json summary_json(const proto::Manifest& manifest) {
   return json;
 }
 
-std::string event_text(const std::string& name, const Json& data) {
-  return "event: " + name + "\ndata: " + plain_numbers(data).dump(-1, ' ', false, Json::error_handler_t::replace) + "\n\n";
+/// id: a line of its own, or nothing.
+std::string event_text(const std::string& name, const Json& data, const std::string& id = "") {
+  return "event: " + name + "\n" + id + "data: " + plain_numbers(data).dump(-1, ' ', false, Json::error_handler_t::replace) +
+         "\n\n";
+}
+
+/// The last event of a stream. Its id is a function of what it says: who has seen it is not told again.
+struct LastEvent {
+  std::string id, text;
+};
+
+LastEvent last_event(const std::string& name, const Json& data) {
+  const std::string id = digest(event_text(name, data)).substr(0, 16);
+  return {id, event_text(name, data, "id: " + id + "\n")};
+}
+
+/// How the dataset has ended; nullopt: it is being built or changed.
+std::optional<LastEvent> end_of(Service& service, const Dataset& dataset, const std::string& path) {
+  if (dataset.state == State::failed) return last_event("failed", problem_json(dataset.problem.value_or(proto::Problem{})));
+  if (dataset.state != State::ready || updates::is_busy(service.ledger(), dataset.id)) return std::nullopt;
+  return last_event("ready", status_json(service, dataset, path));
 }
 
 /// One client's stream: what it has seen, and whether it has seen the end.
@@ -182,11 +202,9 @@ class EventStream {
     place_ = service_.queue().place(id_);
     const Row dataset = visible();
     const std::string tiles = dataset ? new_tiles(*dataset) : "";
-    const bool changing = dataset && dataset->state == State::ready && updates::is_busy(service_.ledger(), id_);
-    ended_ = !dataset || (dataset->state == State::ready && !changing) || dataset->state == State::failed;
-    if (!dataset) return event_text("failed", problem_json(unknown_dataset(id_)));
-    if (ended_ && dataset->state == State::ready) return tiles + event_text("ready", status_json(service_, *dataset, path_));
-    if (dataset->state == State::failed) return event_text("failed", problem_json(dataset->problem.value_or(proto::Problem{})));
+    const auto end = dataset ? end_of(service_, *dataset, path_) : last_event("failed", problem_json(unknown_dataset(id_)));
+    ended_ = end.has_value();
+    if (end) return tiles + end->text;
     Json data = progress_json(*dataset, with_tiles_told(service_, *dataset, now), place_);
     data["state"] = to_string(dataset->state);
     if (is_shown_lazily(service_, *dataset)) data["build"] = kLazy;
@@ -347,6 +365,15 @@ Response status_document(Service& service, const Request& request, const Dataset
 }
 
 Response event_stream(Service& service, const Request& request, const Dataset& dataset) {
+  // An EventSource asks again when a stream ends. 204 is how it is told that nothing more comes.
+  const auto seen = request.header("last-event-id");
+  const auto end = seen ? end_of(service, dataset, public_path(request, dataset.id)) : std::nullopt;
+  if (end && end->id == *seen) {
+    Response nothing_new;
+    nothing_new.status = 204;
+    nothing_new.set("Cache-Control", "no-store");
+    return nothing_new;
+  }
   Token token = service.wait_token();
   if (!token) {
     return problem_response(

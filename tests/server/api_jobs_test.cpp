@@ -220,8 +220,29 @@ TEST(Api, EventsTellProgressAndTheEnd) {
 
   const std::string good = posted_id(test.post("GOOD", {}, kWait));
   Response done = test.get("/v1/datasets/" + good + "/events");
-  EXPECT_THAT(done.next_piece().value_or(""), HasSubstr("event: ready"));
+  const std::string ready = done.next_piece().value_or("");
+  EXPECT_THAT(ready, HasSubstr("event: ready"));
   EXPECT_FALSE(done.next_piece());
+  // An EventSource asks again when a stream has ended; 204 ends that.
+  const auto id_in = [](const std::string& event) {
+    const std::size_t at = event.find("\nid: ") + 5;
+    return event.substr(at, event.find('\n', at) - at);
+  };
+  ASSERT_THAT(ready, HasSubstr("\nid: "));
+  const std::map<std::string, std::string> seen = {{"last-event-id", id_in(ready)}};
+  EXPECT_EQ(test.get("/v1/datasets/" + good + "/events", seen).status, 204);
+  EXPECT_EQ(test.get("/v1/datasets/" + good + "/events", {{"last-event-id", "another"}}).status, 200);
+  Request titled;
+  titled.method = "PATCH";
+  titled.path = "/v1/datasets/" + good;
+  titled.query = {{"title", "Hills"}};
+  EXPECT_EQ(test.api().handle(titled).status, 200);
+  EXPECT_THAT(test.get("/v1/datasets/" + good + "/events", seen).next_piece().value_or(""), HasSubstr("Hills")) << "news";
+  const std::string bad = posted_id(test.post("BAD"));
+  Response stream_of_bad = test.get("/v1/datasets/" + bad + "/events");
+  for (auto piece = stream_of_bad.next_piece(); piece; piece = stream_of_bad.next_piece()) last = piece->empty() ? last : *piece;
+  ASSERT_THAT(last, HasSubstr("\nid: "));
+  EXPECT_EQ(test.get("/v1/datasets/" + bad + "/events", {{"last-event-id", id_in(last)}}).status, 204);
 }
 
 TEST(Api, WaitingClientsAreCounted) {

@@ -6,7 +6,7 @@
 namespace cordillera::server::openapi {
 namespace {
 
-constexpr std::string_view kNoChoice = "no-such-choice", kSeveral = "; more than one separated by commas";
+constexpr std::string_view kNoChoice = "no such choice", kSeveral = "; more than one separated by commas";
 
 /// The words of "fast, default or best"; empty: it lists none.
 std::vector<std::string> choices_in(std::string accepted) {

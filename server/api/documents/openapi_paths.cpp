@@ -85,7 +85,9 @@ void describe_datasets(Operations& all) {
   all["delete_dataset"] = {
       "Remove a dataset; a running build is cancelled", {{"204", {{"description", "It is gone"}}}}, Json::array({if_match()})};
   all["events"] = {"Progress as server-sent events, `tiles` whenever other tiles can be read, then one `ready` or `failed`",
-                   {{"200", answer("A stream of events", "text/event-stream")}}};
+                   {{"200", answer("A stream of events", "text/event-stream")},
+                    {"204", {{"description", "The last event is that of Last-Event-ID: an EventSource asks no more"}}}},
+                   Json::array({header("Last-Event-ID", "`id` of the last event that was seen")})};
   all["manifest"] = {"What was read and assumed, and the errors of every level",
                      good_answers("The manifest", "application/json")};
   all["demo"] = {"A page with the dataset in a map library; the same for every id, it asks for the dataset itself",
