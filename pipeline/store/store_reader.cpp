@@ -273,7 +273,7 @@ proto::Result<std::unique_ptr<StoreReader>> open_at(const StoreAddress& place, s
     return refused("store-damaged", place.path, "has not all of the tiles that its manifest tells of");
   put_words(words, *manifest);
   auto plan = sound_plan(*database);
-  if (plan && !words.attribution.empty()) plan->mutable_options()->set_attribution(words.attribution);
+  if (plan && words.attribution) plan->mutable_options()->set_attribution(*words.attribution);
   return std::unique_ptr<StoreReader>(std::make_unique<SqliteReader>(place, std::move(manifest).value(), std::move(plan)));
 }
 
@@ -326,14 +326,14 @@ proto::Result<std::unique_ptr<StoreReader>> StoreReader::open(const std::string&
 }
 
 void put_words(const Words& words, proto::Manifest& manifest) {
-  if (!words.title.empty()) {
-    manifest.set_title(words.title);
-    manifest.mutable_options()->set_title(words.title);
+  if (words.title) {
+    manifest.set_title(words.title->empty() ? manifest.name() : *words.title);
+    manifest.mutable_options()->set_title(manifest.title());
   }
-  if (!words.imagery.empty()) manifest.mutable_options()->set_imagery(words.imagery);
-  if (words.attribution.empty()) return;
-  manifest.set_attribution(words.attribution);
-  manifest.mutable_options()->set_attribution(words.attribution);
+  if (words.imagery) manifest.mutable_options()->set_imagery(*words.imagery);
+  if (!words.attribution) return;
+  manifest.set_attribution(*words.attribution);
+  manifest.mutable_options()->set_attribution(*words.attribution);
 }
 
 proto::Result<std::unique_ptr<StoreReader>> open_store_with(const std::string& path, const Words& words) {

@@ -1,15 +1,16 @@
 #pragma once
 // A published store under other words than it was built with: a typing error in a title costs no build.
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "pipeline/store/store.h"
 
 namespace cordillera::pipeline {
 
-/// Empty: those of the build stay.
+/// nullopt: that of the build stays. An empty title: the name stands for it.
 struct Words {
-  std::string title, attribution, imagery;
+  std::optional<std::string> title, attribution, imagery;
 };
 
 /// Into a manifest, as a build with these options would have written them.

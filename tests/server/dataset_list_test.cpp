@@ -20,8 +20,10 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 
 /// A row that no job touches.
-void add(TestService& test, const std::string& id, State state = State::failed, bool is_private = false) {
+void add(TestService& test, const std::string& id, State state = State::failed, bool is_private = false,
+         const std::string& title = "") {
   Dataset dataset;
+  dataset.options.set_title(title);
   dataset.id = dataset.name = id;
   dataset.state = state;
   dataset.created = "2026-01-01T00:00:00Z";
@@ -50,7 +52,7 @@ void add_ready(TestService& test, const std::string& id, const std::vector<Box>&
   manifest.set_id(id);
   manifest.set_title(title);
   ASSERT_TRUE((*writer)->publish(manifest));
-  add(test, id, State::ready);
+  add(test, id, State::ready, false, title);
 }
 
 Response asked(TestService& test, const Given& query, const std::map<std::string, std::string>& headers = {}) {

@@ -168,6 +168,7 @@ class TestService {
  public:
   explicit TestService(Settings settings = {}) {
     settings.serve.data = (folder_.path() / "data").string();
+    if (settings.build.attribution().empty()) settings.build.set_attribution("Somebody");  // as make_store has it
     settings.serve.web = (folder_.path() / "web").string();
     settings_ = settings;
     start();

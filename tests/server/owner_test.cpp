@@ -191,10 +191,9 @@ TEST_F(Owners, DescribeTheirDatasetsAnewWithoutABuild) {
   EXPECT_EQ(patch({}, {{"title", "Hills"}}).status, 401);
   EXPECT_EQ(slug_of(patch(of(bob()), {{"title", "Hills"}})), "role-too-low");
   EXPECT_EQ(slug_of(patch(of(alice()), {{"error", "5"}})), "option-unknown");
-  EXPECT_EQ(slug_of(patch(of(alice()), {{"title", ""}})), "option-invalid");
   EXPECT_EQ(slug_of(patch(of(alice()), {})), "option-invalid");
   EXPECT_EQ(slug_of(patch(of(alice()), {{"title", "a"}, {"title", "b"}})), "option-repeated");
-  for (const char* no_tiles : {"", "/{z}/{x}/{y}.png", "ftp://a/{z}/{x}/{y}", "https://a/{z}/{x}", "https://a/{z}/{x}/{y}/{y}",
+  for (const char* no_tiles : {"/{z}/{x}/{y}.png", "ftp://a/{z}/{x}/{y}", "https://a/{z}/{x}", "https://a/{z}/{x}/{y}/{y}",
                                "https://a/{z}/{x}/{y}\"", "https://{s}.a/{z}/{x}/{y}"}) {
     EXPECT_EQ(slug_of(patch(of(alice()), {{"imagery", no_tiles}})), "option-invalid") << no_tiles;
   }
@@ -225,6 +224,15 @@ TEST_F(Owners, DescribeTheirDatasetsAnewWithoutABuild) {
   EXPECT_EQ(body_of(sent("title=White+Hills&attribution=A%26B"))["manifest"]["title"], "White Hills");
   EXPECT_EQ(body_of(sent("{\"title\": \"Hills\"}"))["manifest"]["title"], "Hills");
   EXPECT_EQ(slug_of(sent("Hills")), "json-invalid");
+  EXPECT_EQ(slug_of(sent("{\"private\": null}", "application/json")), "json-invalid");
+  const Json none = body_of(sent("{\"title\": null, \"attribution\": null, \"imagery\": null}", "application/json"));
+  EXPECT_EQ(none["title"], "test") << "what the raster was called";
+  EXPECT_EQ(none["manifest"]["attribution"], "");
+  EXPECT_EQ(none["manifest"]["imagery"], "");
+  EXPECT_EQ(body_of(TestService::plain(ask("GET", path + "/manifest.json")))["attribution"], "");
+  const Json empty = body_of(patch(of(alice()), {{"title", ""}, {"imagery", ""}}));
+  EXPECT_EQ(empty["title"], "test");
+  EXPECT_EQ(body_of(sent("{\"title\": \"Hills\"}"))["manifest"]["title"], "Hills");
   const Response form = sent("--b\r\n", "multipart/form-data; boundary=b");
   EXPECT_EQ(slug_of(form), "body-form");
   EXPECT_THAT(std::string(body_of(form)["accepted"]), HasSubstr("as curl -d sends them"));

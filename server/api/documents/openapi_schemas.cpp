@@ -220,12 +220,9 @@ Json schemas() {
        {"next", {{"type", Json::array_t{"string", "null"}}, {"description", "path of the next page; null: this is the last"}}}},
       Json::array_t{"datasets", "next"});
   all["progress"] = progress();
-  all["description"] = object({{"title", text("one that is not empty")},
-                               {"attribution", text("one that is not empty")},
-                               {"imagery", text("an address with {z}, {x} and {y}")},
-                               {"private", {{"type", "boolean"}}},
-                               {"build", {{"type", "string"}, {"enum", {"full"}}}}},
-                              Json::array_t{});
+  Json words = openapi::members_of(description_words());
+  for (const char* text : {"title", "attribution", "imagery"}) words[text]["type"] = Json::array_t{"string", "null"};
+  all["description"] = object(words, Json::array_t{});
   all["face"] = face();
   all["link"] = link();
   all["elevations"] = elevations();

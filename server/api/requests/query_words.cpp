@@ -24,8 +24,13 @@ const std::vector<OptionOf<RasterWords>>& raster_words() {
 
 template <std::string* (proto::BuildOptions::*field)()>
 Complaint take_text(std::string_view text, Dataset& dataset) {
-  if (text.empty()) return "empty";
   return read_text(text, (dataset.options.*field)());
+}
+
+Complaint take_imagery(std::string_view text, Dataset& dataset) {
+  if (!text.empty()) return read_imagery(text, dataset.options.mutable_imagery());
+  dataset.options.clear_imagery();
+  return std::nullopt;
 }
 
 Complaint take_build(std::string_view text, Dataset& dataset) {
@@ -86,11 +91,10 @@ const std::vector<OptionOf<LiveWords>>& live_words() {
 
 const std::vector<OptionOf<Dataset>>& description_words() {
   static const std::vector<OptionOf<Dataset>> kRows = {
-      {"title", "TEXT", "its title", "text of at least a character", take_text<&proto::BuildOptions::mutable_title>},
-      {"attribution", "TEXT", "who is named with it", "text of at least a character",
+      {"title", "TEXT", "its title; empty: its name", "text", take_text<&proto::BuildOptions::mutable_title>},
+      {"attribution", "TEXT", "who is named with it; empty: nobody", "text",
        take_text<&proto::BuildOptions::mutable_attribution>},
-      {"imagery", "ADDRESS", "pictures that pages lay on the terrain", kImagery,
-       [](std::string_view text, Dataset& dataset) { return read_imagery(text, dataset.options.mutable_imagery()); }},
+      {"imagery", "ADDRESS", "pictures that pages lay on the terrain; empty: none", kImagery, take_imagery},
       {"private", "", "read with a token only; 0: by everybody", "1 or 0",
        [](std::string_view text, Dataset& dataset) { return read_switch(text, &dataset.is_private); }},
       {"build", "full", "all blocks are made from now on", "full", take_build},

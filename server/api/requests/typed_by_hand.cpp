@@ -52,12 +52,24 @@ Request bodiless(Request request) {
   return request;
 }
 
-proto::Result<Request> with_members(const Request& request, const Json& json) {
+/// What a member that is null stands for; nullopt: it is left out.
+proto::Result<std::optional<std::string>> value_of_null(const std::string& name, const Emptied* emptied) {
+  if (name == "source" || name == "upload") return not_json("the member " + name + " is null: it names no raster", name);
+  if (emptied == nullptr) return std::optional<std::string>();
+  if (std::find(emptied->begin(), emptied->end(), name) != emptied->end()) return std::optional<std::string>("");
+  const std::string called = name.substr(0, 100);
+  return not_json("the member " + called + " is null, and it always has a value", called);
+}
+
+proto::Result<Request> with_members(const Request& request, const Json& json, const Emptied* emptied) {
   Request plain = bodiless(request);
   for (const auto& [name, member] : json.items()) {
-    const bool names_raster = name == "source" || name == "upload";
-    if (member.is_null() && names_raster) return not_json("the member " + name + " is null: it names no raster", name);
-    if (member.is_null()) continue;
+    if (member.is_null()) {
+      const auto text = value_of_null(name, emptied);
+      if (!text) return text.problem();
+      if (*text) plain.query.emplace_back(name, **text);
+      continue;
+    }
     if (name == "source" && member.is_array() && member.size() > 1) return several_sources();
     const auto value = query_value(member);
     if (!value)
@@ -153,7 +165,7 @@ std::optional<Response> without_slash(const Request& request) {
   return response;
 }
 
-proto::Result<Request> with_json_as_query(const Request& request) {
+proto::Result<Request> with_json_as_query(const Request& request, const Emptied* emptied) {
   std::string text;
   const bool ended = request.read_body && request.read_body([&](std::string_view piece) {
     text += piece;
@@ -164,7 +176,7 @@ proto::Result<Request> with_json_as_query(const Request& request) {
   try {
     const Json json = Json::parse(text);
     if (!json.is_object()) return not_json("the body is JSON, but no object");
-    return with_members(request, json);
+    return with_members(request, json, emptied);
   } catch (const Json::parse_error& error) {
     return not_json(text.empty() ? "the body is empty"
                                  : "the body is no JSON from its byte " + std::to_string(error.byte) + " on");
@@ -189,7 +201,7 @@ Problem body_stripped() {
           "curl -T dem.tif …, curl --data-binary @dem.tif …, or curl -F file=@dem.tif …", ""};
 }
 
-proto::Result<Request> with_typed_body_as_query(const Request& request) {
+proto::Result<Request> with_typed_body_as_query(const Request& request, const Emptied* emptied) {
   if (!is_short(request)) return request;
   std::string bytes;
   const bool ended = request.read_body([&](std::string_view piece) {
@@ -199,7 +211,7 @@ proto::Result<Request> with_typed_body_as_query(const Request& request) {
   const std::string_view line = std::string_view(bytes).substr(0, bytes.find_last_not_of("\r\n") + 1);
   if (ended && is_fields(line)) return with_fields(request, line);
   if (const Json json = ended && line.starts_with('{') ? Json::parse(line, nullptr, false) : Json(); json.is_object())
-    return with_members(request, json);
+    return with_members(request, json, emptied);
   Request again = request;
   again.read_body = [bytes = std::move(bytes), ended](const Request::Sink& sink) {
     return (bytes.empty() || sink(bytes)) && ended;
