@@ -50,8 +50,13 @@ Response preflight(const Route& route, Foreign pages) {
 Response method_not_allowed(const Request& request, const Route& route) {
   // A raster sent to where nothing takes one: who does not know the address is told it.
   const bool sent = (request.method == "POST" || request.method == "PUT") && route.is(RouteRow::kTried);
-  auto response = problem_response({"method-not-allowed", request.method.substr(0, 20) + " is not possible here",
-                                    allowed_methods(route) + (sent ? "; rasters go to POST /v1/datasets" : ""), ""});
+  // curl -T dem URL/ puts to a path that may as well be a dataset's.
+  const bool named = request.method == "PUT" && route.row->path == kOneDataset;
+  const char* rasters = sent    ? "; rasters go to POST /v1/datasets"
+                        : named ? "; a raster whose name has no ending, such as .tif, goes to PUT /v1/datasets?name=NAME"
+                                : "";
+  auto response = problem_response(
+      {"method-not-allowed", request.method.substr(0, 20) + " is not possible here", allowed_methods(route) + rasters, ""});
   response.set("Allow", allowed_methods(route));
   return response;
 }

@@ -244,7 +244,10 @@ TEST(TypedByHand, APutOnTheCollectionIsAPost) {
   EXPECT_EQ(body_of(named)["name"], "H\xc3\xb6he.tif") << named.body;
   EXPECT_THAT(named.header("Location"), testing::StartsWith("/v1/datasets/h-he-"));
   EXPECT_THAT(std::string(body_of(named)["links"]["self"]), testing::StartsWith("/v1/datasets/h-he-"));
-  EXPECT_EQ(put(test, "/v1/datasets/" + std::string(body_of(plain)["id"]), "GOOD").status, 405) << "a dataset is not replaced";
+  const Response taken = put(test, "/v1/datasets/" + std::string(body_of(plain)["id"]), "GOOD");
+  EXPECT_EQ(taken.status, 405) << "a dataset is not replaced";
+  EXPECT_EQ(put(test, "/v1/datasets/dem", "GOOD").status, 405) << "it may be an id";
+  EXPECT_THAT(std::string(body_of(taken)["accepted"]), HasSubstr("PUT /v1/datasets?name=NAME"));
   EXPECT_EQ(put(test, "/v1/datasets/a/b.tif", "GOOD").status, 404);
   EXPECT_EQ(put(test, "/v1/datasetsx.tif", "GOOD").status, 404);
   for (const char* path : {"/", "/v1", "/upload", "/datasets"}) {

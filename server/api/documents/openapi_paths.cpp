@@ -72,7 +72,10 @@ void describe_datasets(Operations& all) {
   for (const char* type : {"application/json", "application/x-www-form-urlencoded"})
     post.body["content"].update(content_of(type, type == std::string("application/json") ? "posting" : "posting_fields"));
   // Of one type: generators of clients take one of several, and that is JSON.
-  all["put_dataset"] = {"The same of a raster that is the body", good, post_parameters(), raster_body()};
+  all["put_dataset"] = {
+      "The same of a raster that is the body. A PUT of /v1/datasets/dem.tif, which curl -T makes of the folder's address, is the "
+      "same with that name",
+      good, post_parameters(), raster_body()};
   all["dataset"] = {"State, progress, links, and what there is to fetch", guarded("The dataset", "dataset")};
   all["describe_dataset"] = {
       "Change title, attribution, imagery or private, or build the rest of a lazy dataset, as JSON or in the query; for who "
