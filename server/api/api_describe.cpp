@@ -18,7 +18,7 @@ constexpr const char* kDescribable =
     "title, attribution, imagery, private and build, as JSON, in the query or as curl -d sends them";
 
 /// What a dataset need not have: null takes it away, as an empty text does.
-const Emptied kEmptied = {"title", "attribution", "imagery"};
+const TextMembers kTexts = {"title", "attribution", "imagery"};
 
 std::mutex g_describing;
 
@@ -33,9 +33,9 @@ Response describe_dataset(Service& service, const Request& request, const Datase
     return problem_response({"body-form", "the body is a form of several parts", kDescribable, ""});
   const bool fields = type.starts_with("application/x-www-form-urlencoded");  // curl -d title=Hills
   auto plain = bodiless ? proto::Result<Request>(request)
-               : fields ? with_typed_body_as_query(request, &kEmptied)
-                        : with_json_as_query(request, &kEmptied);
-  if (fields && plain && plain->read_body) plain = with_json_as_query(*plain, &kEmptied);
+               : fields ? with_typed_body_as_query(request, &kTexts)
+                        : with_json_as_query(request, &kTexts);
+  if (fields && plain && plain->read_body) plain = with_json_as_query(*plain, &kTexts);
   if (!plain) return problem_response(plain.problem());
   if (plain->query.empty()) return problem_response({"option-invalid", "nothing is to change", kDescribable, ""});
   // As it is by now: while the body came, another request may have changed it. One at a time, so that none is undone by the next.

@@ -143,7 +143,7 @@ int wait_for(Post& post, Json posted, Show show) {
     if (ready) posted = with_addresses(*ready, post.address());
     if (!ready) {
       posted["state"] = exit_code(ready.problem()) == kFailed ? "failed" : "unknown";
-      posted["error"] = problem_json(ready.problem());
+      posted["error"] = told_json(ready.problem());
     }
     print_line(posted);
     return ready ? kDone : exit_code(ready.problem());

@@ -115,9 +115,15 @@ int exit_code(const proto::Problem& problem) {
   return later || broken ? kTryAgain : kFailed;
 }
 
+Json told_json(const proto::Problem& problem) {
+  Json json = problem_json(problem);
+  if (is_of_commands(problem.type)) json.erase("status");
+  return json;
+}
+
 int tell(const proto::Problem& problem, Show show) {
   if (show == Show::json) {
-    std::cout << problem_json(problem).dump(-1, ' ', false, Json::error_handler_t::replace) << std::endl;
+    std::cout << told_json(problem).dump(-1, ' ', false, Json::error_handler_t::replace) << std::endl;
   } else {
     std::cerr << "cordillera: " << problem_kind(problem.type).title << "\n  " << as_typed(problem.detail) << "\n";
     if (!problem.accepted.empty()) std::cerr << "  accepted: " << as_typed(problem.accepted) << "\n";

@@ -47,6 +47,9 @@ proto::Problem problem_in(const Json& json);
 /// 1, 2 where the command line is wrong, 75 where trying again may help.
 int exit_code(const proto::Problem& problem);
 
+/// The problem as JSON. One that no service told has no status.
+Json told_json(const proto::Problem& problem);
+
 /// Title, detail and what would be accepted to stderr, or the problem as a line of JSON to stdout. Gives the exit code.
 int tell(const proto::Problem& problem, Show show);
 

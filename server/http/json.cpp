@@ -20,6 +20,7 @@ constexpr std::size_t kMostKept_bytes = 2000, kLongestSlug_bytes = 100;
 const char* retry_after_s(std::string_view slug, int status) {
   if (slug == "dataset-not-ready" || slug == "tile-not-ready") return "2";  // most steps and blocks are made in a few seconds
   if (slug == "queue-full") return "30";
+  if (slug == "idempotency-key-in-use") return "5";
   return status == 503 || status == 429 ? "5" : nullptr;
 }
 

@@ -1,5 +1,7 @@
 #include "server/http/problems.h"
 
+#include <algorithm>
+#include <iterator>
 #include <vector>
 
 #include "proto/letters.h"
@@ -145,6 +147,10 @@ ProblemKind problem_kind(std::string_view slug) {
     if (own.slug == slug) return {std::string(slug), kOfNoRow, own.title};
   }
   return {std::string(slug), kOfNoRow, title_of(slug)};
+}
+
+bool is_of_commands(std::string_view slug) {
+  return std::any_of(std::begin(kOfCommands), std::end(kOfCommands), [&](const OwnTitle& own) { return own.slug == slug; });
 }
 
 std::vector<ProblemKind> all_problem_kinds() { return table(); }

@@ -15,6 +15,9 @@ struct ProblemKind {
 /// The entry of a slug. One that the table does not know is of the command line: 422, and most titles are made from its words.
 ProblemKind problem_kind(std::string_view slug);
 
+/// Whether it is of a command that talks to a service, and so never had a status.
+bool is_of_commands(std::string_view slug);
+
 /// Every slug that a client may be told, for the API's description.
 std::vector<ProblemKind> all_problem_kinds();
 

@@ -57,11 +57,11 @@ Complaint read_number(std::string_view text, NumberRange range, double* out) {
 }
 
 Complaint read_whole(std::string_view text, WholeRange range, std::uint32_t* out) {
-  const auto value = proto::signed_number<std::uint32_t>(proto::trimmed(text));
+  const auto value = proto::signed_number<std::int64_t>(proto::trimmed(text));
   if (!value) return "not a whole number";
   if (*value < range.least || *value > range.greatest)
     return "outside " + std::to_string(range.least) + " to " + std::to_string(range.greatest);
-  *out = *value;
+  *out = static_cast<std::uint32_t>(*value);
   return std::nullopt;
 }
 

@@ -320,7 +320,10 @@ TEST_F(Client, WhatFailsIsTold) {
   const Ended watched = client("watch " + id);
   EXPECT_EQ(watched.code, 1);
   EXPECT_THAT(watched.output, HasSubstr("The raster's format is not read\n  bad.tif cannot be opened as a raster\n  accepted: "));
-  EXPECT_EQ(json(client("watch -q --json " + id))["type"], "urn:cordillera:problem:raster-format-unsupported");
+  const Json told = json(client("watch -q --json " + id));
+  EXPECT_EQ(told["type"], "urn:cordillera:problem:raster-format-unsupported");
+  EXPECT_EQ(told["status"], 422);
+  EXPECT_FALSE(json(client("post -q --json /no/such.tif")).contains("status")) << "no service was asked";
   const Ended waited = client("post -q --json --wait " + (folder_.path() / "bad.tif").string());
   EXPECT_EQ(waited.code, 1);
   EXPECT_EQ(json(waited)["state"], "failed") << "and the id is told: " << waited.output;

@@ -219,6 +219,10 @@ TEST(Options, TheRangeThatIsNamedIsTheOneThatIsAccepted) {
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.problem().detail, HasSubstr("outside 0.01 to 1000000"));
   EXPECT_THAT(refused.problem().accepted, HasSubstr("0.01 to 1000000"));
+  const auto below = query({{"threads", "-1"}});
+  ASSERT_FALSE(below);
+  EXPECT_EQ(below.problem().detail, "threads='-1': outside 0 to 1024");
+  EXPECT_EQ(query({{"threads", "4294967296"}}).problem().detail, "threads='4294967296': outside 0 to 1024");
   EXPECT_TRUE(query({{"error", "0.01"}}));
   EXPECT_TRUE(query({{"error", "1000000"}}));
 }

@@ -68,7 +68,9 @@ TEST_F(Owners, AKeyIsItsOwnersAlone) {
   EXPECT_EQ(posted(his, {{"private", "1"}}), same);
   EXPECT_EQ(slug_of(test_.post("GOOD", {{"error", "2"}}, mine)), "idempotency-key-reused");
   Token under_way = test_.service().key_token("alice", "l");
-  EXPECT_EQ(test_.post("GOOD", {}, of(alice(), {{"idempotency-key", "l"}})).status, 409);
+  const Response in_use = test_.post("GOOD", {}, of(alice(), {{"idempotency-key", "l"}}));
+  EXPECT_EQ(in_use.status, 409);
+  EXPECT_EQ(in_use.header("Retry-After"), "5");
   EXPECT_EQ(test_.post("GOOD", {}, of(bob(), {{"idempotency-key", "l"}})).status, 202);
   under_way.reset();  // a request ends before its service
   test_.stop();
@@ -225,6 +227,8 @@ TEST_F(Owners, DescribeTheirDatasetsAnewWithoutABuild) {
   EXPECT_EQ(body_of(sent("{\"title\": \"Hills\"}"))["manifest"]["title"], "Hills");
   EXPECT_EQ(slug_of(sent("Hills")), "json-invalid");
   EXPECT_EQ(slug_of(sent("{\"private\": null}", "application/json")), "json-invalid");
+  for (const char* no_text : {"5", "true", "[\"a\"]"})
+    EXPECT_EQ(slug_of(sent(std::string("{\"title\": ") + no_text + "}", "application/json")), "json-invalid") << no_text;
   const Json none = body_of(sent("{\"title\": null, \"attribution\": null, \"imagery\": null}", "application/json"));
   EXPECT_EQ(none["title"], "test") << "what the raster was called";
   EXPECT_EQ(none["manifest"]["attribution"], "");

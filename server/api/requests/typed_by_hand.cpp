@@ -52,24 +52,29 @@ Request bodiless(Request request) {
   return request;
 }
 
+bool is_text(const std::string& name, const TextMembers* texts) {
+  return texts != nullptr && std::find(texts->begin(), texts->end(), name) != texts->end();
+}
+
 /// What a member that is null stands for; nullopt: it is left out.
-proto::Result<std::optional<std::string>> value_of_null(const std::string& name, const Emptied* emptied) {
+proto::Result<std::optional<std::string>> value_of_null(const std::string& name, const TextMembers* texts) {
   if (name == "source" || name == "upload") return not_json("the member " + name + " is null: it names no raster", name);
-  if (emptied == nullptr) return std::optional<std::string>();
-  if (std::find(emptied->begin(), emptied->end(), name) != emptied->end()) return std::optional<std::string>("");
+  if (texts == nullptr) return std::optional<std::string>();
+  if (is_text(name, texts)) return std::optional<std::string>("");
   const std::string called = name.substr(0, 100);
   return not_json("the member " + called + " is null, and it always has a value", called);
 }
 
-proto::Result<Request> with_members(const Request& request, const Json& json, const Emptied* emptied) {
+proto::Result<Request> with_members(const Request& request, const Json& json, const TextMembers* texts) {
   Request plain = bodiless(request);
   for (const auto& [name, member] : json.items()) {
     if (member.is_null()) {
-      const auto text = value_of_null(name, emptied);
+      const auto text = value_of_null(name, texts);
       if (!text) return text.problem();
       if (*text) plain.query.emplace_back(name, **text);
       continue;
     }
+    if (!member.is_string() && is_text(name, texts)) return not_json("the member " + name + " is no text", name);
     if (name == "source" && member.is_array() && member.size() > 1) return several_sources();
     const auto value = query_value(member);
     if (!value)
@@ -165,7 +170,7 @@ std::optional<Response> without_slash(const Request& request) {
   return response;
 }
 
-proto::Result<Request> with_json_as_query(const Request& request, const Emptied* emptied) {
+proto::Result<Request> with_json_as_query(const Request& request, const TextMembers* texts) {
   std::string text;
   const bool ended = request.read_body && request.read_body([&](std::string_view piece) {
     text += piece;
@@ -176,7 +181,7 @@ proto::Result<Request> with_json_as_query(const Request& request, const Emptied*
   try {
     const Json json = Json::parse(text);
     if (!json.is_object()) return not_json("the body is JSON, but no object");
-    return with_members(request, json, emptied);
+    return with_members(request, json, texts);
   } catch (const Json::parse_error& error) {
     return not_json(text.empty() ? "the body is empty"
                                  : "the body is no JSON from its byte " + std::to_string(error.byte) + " on");
@@ -201,7 +206,7 @@ Problem body_stripped() {
           "curl -T dem.tif …, curl --data-binary @dem.tif …, or curl -F file=@dem.tif …", ""};
 }
 
-proto::Result<Request> with_typed_body_as_query(const Request& request, const Emptied* emptied) {
+proto::Result<Request> with_typed_body_as_query(const Request& request, const TextMembers* texts) {
   if (!is_short(request)) return request;
   std::string bytes;
   const bool ended = request.read_body([&](std::string_view piece) {
@@ -211,7 +216,7 @@ proto::Result<Request> with_typed_body_as_query(const Request& request, const Em
   const std::string_view line = std::string_view(bytes).substr(0, bytes.find_last_not_of("\r\n") + 1);
   if (ended && is_fields(line)) return with_fields(request, line);
   if (const Json json = ended && line.starts_with('{') ? Json::parse(line, nullptr, false) : Json(); json.is_object())
-    return with_members(request, json, emptied);
+    return with_members(request, json, texts);
   Request again = request;
   again.read_body = [bytes = std::move(bytes), ended](const Request::Sink& sink) {
     return (bytes.empty() || sink(bytes)) && ended;

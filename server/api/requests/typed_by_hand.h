@@ -22,16 +22,16 @@ std::string name_in_path(const Request& request);
 /// without it, or a file of the viewer.
 std::optional<Response> without_slash(const Request& request);
 
-/// Members of JSON that null makes empty; one of any other is refused.
-using Emptied = std::vector<std::string>;
+/// Members of JSON that are texts and nothing else. null empties them; null of any other member is refused.
+using TextMembers = std::vector<std::string>;
 
 /// A body of type application/json, {"source": "https://…", "error": 5}: its members become parameters of the query, and the body
-/// is gone. emptied: nullptr: what is null is left out, but for what names a raster.
-proto::Result<Request> with_json_as_query(const Request& request, const Emptied* emptied = nullptr);
+/// is gone. texts: nullptr: what is null is left out, but for what names a raster.
+proto::Result<Request> with_json_as_query(const Request& request, const TextMembers* texts = nullptr);
 
 /// A body of type application/x-www-form-urlencoded. What curl -d sends, source=…&error=5 or the JSON above, becomes parameters
 /// in the same way. curl --data-binary says that type of a raster, too: any other body stays, as it came.
-proto::Result<Request> with_typed_body_as_query(const Request& request, const Emptied* emptied = nullptr);
+proto::Result<Request> with_typed_body_as_query(const Request& request, const TextMembers* texts = nullptr);
 /// The request, but its body ends early, and stripped is set, where it is a raster out of which curl -d has taken line breaks and
 /// zero bytes.
 Request with_body_looked_at(const Request& request, const std::shared_ptr<bool>& stripped);
