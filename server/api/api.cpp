@@ -17,7 +17,8 @@ constexpr const char* kReadingHeaders = "If-Match, If-None-Match, If-Range, Rang
 constexpr const char* kWritingHeaders =
     "Content-Type, Content-Encoding, Prefer, Idempotency-Key, Tus-Resumable, Upload-Length, Upload-Offset, Upload-Metadata";
 constexpr const char* kToldHeaders =
-    "Accept-Ranges, Content-Length, Content-Range, Cordillera-Hint, Cordillera-Provisional, ETag, Location, Preference-Applied, "
+    "Accept-Ranges, Content-Length, Content-Location, Content-Range, Cordillera-Hint, Cordillera-Provisional, ETag, Location, "
+    "Preference-Applied, "
     "Retry-After, Server-Timing, Tus-Resumable, Upload-Length, Upload-Offset, X-Request-Id";
 
 /// Reading is open to every origin. Without tokens writing is not announced to foreign pages: a browser then asks first, and is

@@ -124,6 +124,10 @@ Response demo(Service& service, const Request&, const Route& route) {
   return demo_page(service.web_files(), service.settings().serve.web, route.path);
 }
 
+Response api_document(Service& service) {
+  return api_description(service.gate().has_tokens() ? Tokens::asked_for : Tokens::none);
+}
+
 /// A row. Written in braces, each of its fields would be formatted into a line of its own.
 RouteRow table_row(std::string_view path, std::string_view name, std::string_view tag, unsigned is,
                    std::vector<RouteMethod> methods) {
@@ -193,8 +197,8 @@ const std::vector<RouteRow>& route_table() {
                 {{"GET", none, "stac_collection", by(stac::one_collection)}}),
       table_row("/stac/collections/datasets/items", "stac", "stac", kPlain, {{"GET", none, "stac_items", by(stac::items)}}),
       table_row("/stac/collections/datasets/items/{id}", "stac", "stac", kPlain, {{"GET", none, "stac_item", stac::one_item}}),
-      table_row("/api", "api", "service", kPlain, {{"GET", none, "description", by(api_description)}}),
-      table_row("/openapi.json", "api", "service", kPlain, {{"GET", none, "openapi", by(api_description)}}),
+      table_row("/api", "api", "service", kPlain, {{"GET", none, "description", by(api_document)}}),
+      table_row("/openapi.json", "api", "service", kPlain, {{"GET", none, "openapi", by(api_document)}}),
       table_row("/healthz", "healthz", "service", kQuick, {{"GET", none, "health", by(alive)}}),
       table_row("/readyz", "readyz", "service", kQuick, {{"GET", none, "readiness", by(readiness)}}),
       table_row("/metrics", "metrics", "service", kPlain, {{"GET", read, "metrics", by(metrics_text)}}),

@@ -7,6 +7,7 @@
 
 #include "fixture.h"
 #include "pipeline/faces/face.h"
+#include "server/access/tokens.h"
 #include "server/api/requests/routes.h"
 #include "server/http/problems.h"
 #include "server/options/mesh_options.h"
@@ -68,6 +69,20 @@ Response asked_for(TestService& test, const std::string& method, const std::stri
   } catch (const std::exception& error) { return problem_response({"internal", error.what(), "", ""}); }
 }
 
+void expect_headers_as_described(const Json& operation, const Response& answer, const std::string& where) {
+  const Json good = operation["responses"].value(std::to_string(answer.status), Json());
+  ASSERT_FALSE(good.is_null()) << where << " answers " << answer.status;
+  const Json headers = good.value("headers", Json::object());
+  for (const char* name : {"ETag", "Server-Timing", "Location", "Content-Location", "Content-Range", "Preference-Applied"}) {
+    const bool may_lack = where == "get /" || name == std::string("Preference-Applied");  // a viewer that is not built has no tag
+    if (!may_lack || !headers.contains(name)) {
+      EXPECT_EQ(headers.contains(name), !answer.header(name).empty()) << where << " " << name;
+    }
+  }
+  const bool tagged = where.starts_with("get ") && headers.contains("ETag");
+  if (answer.status == 200) { EXPECT_EQ(operation["responses"].contains("304"), tagged) << where; }
+}
+
 TEST(OpenApi, EveryPathIsAnswered) {
   TestService test;
   std::filesystem::create_directories(test.folder() / "web" / "demo");
@@ -85,6 +100,8 @@ TEST(OpenApi, EveryPathIsAnswered) {
       EXPECT_NE(answer.status, 405) << method << " " << address;
       if (answer.status >= 400) { EXPECT_NE(slug_of(answer), "not-found") << method << " " << address; }
       if (answer.status >= 400) { EXPECT_TRUE(operation["responses"].contains("4XX")) << path; }
+      if (answer.status < 400 && !answer.later && !answer.rest)
+        expect_headers_as_described(operation, answer, method + " " + path);
       ++asked;
     }
   }
@@ -164,7 +181,7 @@ TEST(OpenApi, OptionsOfAPostAreParameters) {
   EXPECT_EQ(said.count("water_mask"), 0u) << "a request that names a file of the operator's machine is refused";
   Words of_meshes;
   for (const Json& parameter : document["paths"]["/v1/datasets/{id}/mesh.{mesh_format}"]["get"]["parameters"])
-    of_meshes.insert(parameter["name"]);
+    if (parameter.value("in", "") == "query") of_meshes.insert(parameter["name"]);
   EXPECT_EQ(of_meshes.size(), mesh_options().size());
 }
 
@@ -245,6 +262,39 @@ TEST(OpenApi, ABodyOfFieldsIsDescribedWhereItIsTaken) {
   const Json content = description()["paths"]["/v1/datasets/{id}"]["patch"]["requestBody"]["content"];
   EXPECT_EQ(content["application/x-www-form-urlencoded"], content["application/json"]);
   EXPECT_TRUE(content["application/json"]["schema"].contains("$ref"));
+}
+
+TEST(OpenApi, WhatIsAnsweredBesideTheGoodIsDescribed) {
+  const Json document = description(), paths = document["paths"];
+  for (const char* path : {"/v1/datasets/{id}/mesh.{mesh_format}", "/v1/datasets/{id}.pmtiles"}) {
+    const Json& get = paths[path]["get"];
+    EXPECT_EQ(get["responses"]["206"]["content"], get["responses"]["200"]["content"]) << path;
+    for (const char* name : {"If-None-Match", "Range", "If-Range"})
+      EXPECT_THAT(get["parameters"], testing::Contains(Json{{"$ref", std::string("#/components/parameters/") + name}})) << path;
+  }
+  const auto headers_of = [&](const char* path, const char* method) {
+    Words names;
+    for (const Json& parameter : paths[path][method]["parameters"]) {
+      if (parameter.value("in", "") == "header") names.insert(parameter["name"]);
+    }
+    return names;
+  };
+  EXPECT_EQ(headers_of("/v1/datasets/{id}/sources/{source}", "delete"), (Words{"Prefer", "Idempotency-Key", "If-Match"}));
+  EXPECT_TRUE(paths["/v1/datasets"]["post"]["responses"]["201"]["headers"].contains("Preference-Applied"));
+  EXPECT_TRUE(document["components"]["responses"]["problem"]["headers"].contains("Retry-After"));
+}
+
+TEST(OpenApi, WithTokensWhatWritesTakesOne) {
+  Settings settings;
+  settings.serve.token_lines = access::make_token("alice", access::Role::write).line;
+  TestService test(settings);
+  const Json guarded = body_of(test.get("/api"))["paths"], open = description()["paths"];
+  const Json token = Json::array({{{"bearer", Json::array()}}});
+  EXPECT_EQ(guarded["/v1/datasets"]["post"]["security"], token);
+  EXPECT_EQ(guarded["/v1/datasets/{id}/sources/{source}"]["delete"]["security"], token);
+  EXPECT_EQ(guarded["/metrics"]["get"]["security"], token);
+  EXPECT_FALSE(guarded["/v1/datasets"]["get"].contains("security"));
+  EXPECT_FALSE(open["/v1/datasets"]["post"].contains("security"));
 }
 
 TEST(OpenApi, TokensAreAScheme) {

@@ -27,7 +27,7 @@ std::string operation_html(const std::string& method, const std::string& path, c
 }
 
 std::string made_page() {
-  const Json paths = openapi::all_paths();
+  const Json paths = openapi::all_paths(Tokens::none);
   std::string out =
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
       "content=\"width=device-width\"><title>Cordillera: API</title>\n"

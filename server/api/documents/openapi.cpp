@@ -14,7 +14,7 @@ constexpr const char* kAbout =
 
 Json tag(const char* name, const char* about) { return {{"name", name}, {"description", about}}; }
 
-std::string made_document() {
+std::string made_document(Tokens tokens) {
   Json json;
   json["openapi"] = "3.1.0";
   json["info"] = {{"title", "Cordillera"},
@@ -31,19 +31,19 @@ std::string made_document() {
                               tag("versions", "The same, at addresses whose content never changes"),
                               tag("meshes", "Parts of a dataset for other programs"), tag("heights", "Elevation queries"),
                               tag("stac", "Datasets as a catalog"), tag("service", "The service itself")});
-  json["paths"] = openapi::all_paths();
+  json["paths"] = openapi::all_paths(tokens);
   json["components"] = openapi::components();
   return dump(json);
 }
 
 }  // namespace
 
-Response api_description() {
-  static const std::string kDocument = made_document();
-  static const std::string kTag = quoted(digest(kDocument).substr(0, 32));
-  Response response = json_text_response(200, kDocument);
+Response api_description(Tokens tokens) {
+  static const std::string kOpen = made_document(Tokens::none), kGuarded = made_document(Tokens::asked_for);
+  const std::string& document = tokens == Tokens::none ? kOpen : kGuarded;
+  Response response = json_text_response(200, document);
   response.set("Cache-Control", "public, no-cache");
-  response.set("ETag", kTag);
+  response.set("ETag", quoted(digest(document).substr(0, 32)));
   return response;
 }
 

@@ -1,17 +1,48 @@
 #include "server/api/documents/openapi_operation.h"
 
+#include <algorithm>
+
 namespace cordillera::server::openapi {
 namespace {
 
 Json problem_answer() { return {{"$ref", "#/components/responses/problem"}}; }
 
+Json parameter_ref(const std::string& name) { return {{"$ref", "#/components/parameters/" + name}}; }
+
 /// Every brace of a path as a required parameter.
 Json path_parameters(const std::string& path) {
   Json parameters = Json::array();
   for (std::size_t brace = path.find('{'); brace != path.npos; brace = path.find('{', brace + 1)) {
-    parameters.push_back({{"$ref", "#/components/parameters/" + path.substr(brace + 1, path.find('}', brace) - brace - 1)}});
+    parameters.push_back(parameter_ref(path.substr(brace + 1, path.find('}', brace) - brace - 1)));
   }
   return parameters;
+}
+
+void add_parameter(Operation& words, const std::string& name) {
+  if (words.parameters.is_null()) words.parameters = Json::array();
+  words.parameters.push_back(parameter_ref(name));
+}
+
+/// Of what is read and has a tag.
+void add_conditions(Operation& words) {
+  const auto whole = words.good.find("200");
+  if (whole == words.good.end() || !whole->contains("headers") || !(*whole)["headers"].contains("ETag")) return;
+  words.good["304"] = {{"description", "Nothing changed since the ETag in If-None-Match"}};
+  add_headers(words.good, "304", {"ETag"});
+  add_parameter(words, "If-None-Match");
+  if (!words.good.contains("206")) return;
+  add_parameter(words, "Range");
+  add_parameter(words, "If-Range");
+}
+
+/// Of what takes Prefer.
+void add_preferences(Operation& words) {
+  const bool prefers = std::any_of(words.parameters.begin(), words.parameters.end(),
+                                   [](const Json& parameter) { return parameter.value("name", "") == "Prefer"; });
+  if (!prefers) return;
+  for (const char* status : {"200", "201", "202"}) {
+    if (words.good.contains(status)) add_headers(words.good, status, {"Preference-Applied"});
+  }
 }
 
 }  // namespace
@@ -29,14 +60,16 @@ Json answer(const std::string& about, const std::string& type, const char* schem
   return {{"description", about}, {"content", content_of(type, schema)}};
 }
 
-Json operation(const std::string& id, const std::string& tag, const Operation& from) {
+Json operation(const std::string& id, const std::string& tag, const std::string& method, Operation words) {
+  if (method == "get") add_conditions(words);
+  add_preferences(words);
   Json json;
   json["operationId"] = id;
   json["tags"] = Json::array({tag});
-  json["summary"] = from.summary;
-  if (!from.parameters.empty()) json["parameters"] = from.parameters;
-  if (!from.body.empty()) json["requestBody"] = from.body;
-  json["responses"] = from.good;
+  json["summary"] = words.summary;
+  if (!words.parameters.empty()) json["parameters"] = words.parameters;
+  if (!words.body.empty()) json["requestBody"] = words.body;
+  json["responses"] = words.good;
   json["responses"]["4XX"] = problem_answer();
   json["responses"]["5XX"] = problem_answer();
   return json;
@@ -66,17 +99,20 @@ Json bare(const char* about, std::initializer_list<const char*> headers) {
 }
 
 void add_ranges(Json& good) {
-  good["206"] = {{"description", "The part that Range asked for"}};
+  good["206"] = {{"description", "The part that Range asked for"}, {"content", good["200"]["content"]}};
+  add_headers(good, "206", {"ETag", "Content-Range"});
   good["416"] = problem_answer();
 }
 
-Json good_answers(const std::string& about, const std::string& type) {
+Json tagged_answers(const std::string& about, const std::string& type, const char* schema) {
   Json good;
-  good["200"] = answer(about, type);
-  good["200"]["headers"] = {{"ETag", {{"$ref", "#/components/headers/etag"}}},
-                            {"Server-Timing", {{"$ref", "#/components/headers/timing"}}}};
-  good["304"] = {{"description", "Nothing changed since the ETag in If-None-Match"}};
+  good["200"] = answer(about, type, schema);
+  add_headers(good, "200", {"ETag"});
   return good;
+}
+
+void add_headers(Json& good, const char* status, std::initializer_list<const char*> names) {
+  for (const char* name : names) good[status]["headers"][name] = {{"$ref", std::string("#/components/headers/") + name}};
 }
 
 }  // namespace cordillera::server::openapi

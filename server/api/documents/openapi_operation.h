@@ -15,8 +15,9 @@ struct Operation {
   Json body = {};        ///< of the request
 };
 
-/// With the answers that every operation may give.
-Json operation(const std::string& id, const std::string& tag, const Operation& from);
+/// With what follows from the words: the answers that every operation may give, of a GET with an ETag 304 and If-None-Match, of
+/// ranges their headers, of Prefer what was made of it. method: "get".
+Json operation(const std::string& id, const std::string& tag, const std::string& method, Operation words);
 
 Json query(const std::string& name, const std::string& about);
 Json header(const char* name, const char* about);
@@ -35,9 +36,11 @@ Json bytes_schema();
 Json answer(const std::string& about, const std::string& type, const char* schema = nullptr);
 /// An answer without a body, and its headers.
 Json bare(const char* about, std::initializer_list<const char*> headers);
-/// Of documents and tiles: 200 and 304.
-Json good_answers(const std::string& about, const std::string& type);
-/// Those of ranges of bytes.
+/// 200 with an ETag, of which an operation() that reads has 304, too.
+Json tagged_answers(const std::string& about, const std::string& type, const char* schema = nullptr);
+/// Headers of an answer, by their names among the components.
+void add_headers(Json& good, const char* status, std::initializer_list<const char*> names);
+/// Those of ranges of bytes of the 200.
 void add_ranges(Json& good);
 
 }  // namespace cordillera::server::openapi

@@ -27,11 +27,7 @@ Json prefer_of_reading() {
 }
 
 /// What a change may name with If-Match.
-Json guarded(const std::string& about, const char* schema) {
-  Json good = answer(about, "application/json", schema);
-  good["headers"] = {{"ETag", {{"$ref", "#/components/headers/etag"}}}};
-  return {{"200", good}};
-}
+Json guarded(const std::string& about, const char* schema) { return tagged_answers(about, "application/json", schema); }
 
 /// Of a change.
 Json if_match() {
@@ -61,9 +57,7 @@ void describe_datasets(Operations& all) {
   good["200"] = answer("With dry_run: what a build would make", "application/json", "estimate");
   good["201"] = answer("The tiles are ready", "application/json", "dataset");
   good["202"] = answer("Queued; Location names the dataset", "application/json", "dataset");
-  for (const char* status : {"201", "202"}) {
-    good[status]["headers"]["Location"] = {{"description", "the path of the dataset"}, {"schema", {{"type", "string"}}}};
-  }
+  for (const char* status : {"201", "202"}) add_headers(good, status, {"Location"});
   Operation& post = all["post_dataset"] = {
       "Build tiles from a raster: the body is the raster itself, a form with rasters as its files and options as fields, or "
       "options as JSON or as fields of a plain form. Several files become one dataset, the first wins",
@@ -92,9 +86,10 @@ void describe_datasets(Operations& all) {
                     {"204", {{"description", "The last event is that of Last-Event-ID: an EventSource asks no more"}}}},
                    Json::array({header("Last-Event-ID", "`id` of the last event that was seen")})};
   all["manifest"] = {"What was read and assumed, and the errors of every level",
-                     good_answers("The manifest", "application/json")};
+                     tagged_answers("The manifest", "application/json")};
+  add_headers(all["manifest"].good, "200", {"Cordillera-Provisional"});
   all["demo"] = {"A page with the dataset in a map library; the same for every id, it asks for the dataset itself",
-                 {{"200", answer("The page", "text/html")}}};
+                 tagged_answers("The page", "text/html")};
 }
 
 void describe_uploads(Operations& all) {
@@ -113,13 +108,16 @@ void describe_uploads(Operations& all) {
   all["end_upload"] = {"Throw it away", {{"204", bare("It is gone", {"Tus-Resumable"})}}, Json::array({tus})};
 }
 
+/// Of every change of the rasters.
+Json change_headers() {
+  return Json::array({header("Prefer", "wait=SECONDS: the answer waits so long for the new version, 600 at most"),
+                      header("Idempotency-Key", "the same key with the same request makes one change"), if_match()});
+}
+
 /// What one raster of several may have of its own.
 Json source_parameters() {
   Json parameters = parameters_of(change_words());
-  for (const Json& one : {header("Prefer", "wait=SECONDS: the answer waits so long for the new version, 600 at most"),
-                          header("Idempotency-Key", "the same key with the same request makes one change"), if_match()}) {
-    parameters.push_back(one);
-  }
+  for (Json& one : change_headers()) parameters.push_back(std::move(one));
   return parameters;
 }
 
@@ -128,6 +126,7 @@ void describe_sources(Operations& all) {
     Operation made{summary, {}, source_parameters(), raster_body()};
     made.good[good] = answer("The new version is served", "application/json", "change");
     made.good["202"] = answer("Noted; a version will come of it", "application/json", "change");
+    for (const char* status : {good, "202"}) add_headers(made.good, status, {"Location"});
     return made;
   };
   all["sources"] = {"The rasters, the one that wins first, and changes of them", guarded("The rasters", "sources")};
@@ -135,8 +134,9 @@ void describe_sources(Operations& all) {
   all["source"] = {"One raster", guarded("The raster", "source")};
   all["replace_source"] = change("Another raster in its place, another place in the list, or other options", "200");
   Operation& removed = all["remove_source"] = change("Take a raster away; the last one stays", "200");
-  removed.parameters = Json::array({if_match()});
+  removed.parameters = change_headers();
   removed.body = {};
+  for (const char* status : {"200", "202"}) removed.good[status].erase("headers");  // there is nothing to lead to
   all["versions"] = {"The version that is served, and earlier ones that are kept", guarded("The versions", "versions")};
   all["rollback"] = {"Serve an earlier version again, the one before if none is named", guarded("The versions", "versions"),
                      Json::array({query("to", "number of a kept version"),
@@ -144,9 +144,9 @@ void describe_sources(Operations& all) {
 }
 
 void describe_service(Operations& all) {
-  all["viewer"] = get_of("The viewer", "text/html");
-  all["description"] = get_of("This document", "application/json");
-  all["openapi"] = get_of("The same", "application/json");
+  all["viewer"] = {"The viewer", tagged_answers("The viewer", "text/html")};
+  all["description"] = {"This document", tagged_answers("This document", "application/json")};
+  all["openapi"] = {"The same", tagged_answers("The same", "application/json")};
   all["docs"] = get_of("The same, for people", "text/html");
   all["version"] = get_of("What runs here", "application/json");
   all["icon"] = get_of("A mountain, for browsers", "image/x-icon");
@@ -171,29 +171,31 @@ void describe_stac(Operations& all) {
 }
 
 void describe_elevation(Operations& all) {
-  const Json good = {
-      {"200", answer("Heights of the places, in their order; null beside the data", "application/json", "elevations")}};
+  const char* about = "Heights of the places, in their order; null beside the data";
+  Json good = tagged_answers(about, "application/json", "elevations");
+  Json posted = {{"200", answer(about, "application/json", "elevations")}};
+  for (Json* one : {&good, &posted}) add_headers(*one, "200", {"Cordillera-Provisional"});
   const Json parameters = Json::array({query("points", "places, lon,lat;lon,lat;… in degrees; not with line"),
                                        query("line", "the corners of a line that is sampled evenly, as points are given"),
                                        query("samples", "how many places of the line"),
                                        query("level", "of the meshes; the finest without it"), prefer_of_reading()});
   all["elevation"] = {"Heights at places or along a line, from the meshes that clients get", good, parameters};
   all["elevation_by_post"] = {"The same for places in the body: points or a line as lists of [lon, lat], or GeoJSON",
-                              good,
+                              posted,
                               Json::array({parameters[2], parameters[3], parameters[4]}),
                               {{"required", true}, {"content", content_of("application/json", "places")}}};
 }
 
 void describe_meshes(Operations& all) {
   const Json parameters = parameters_of(mesh_options());
-  Json good = good_answers("The mesh", "application/octet-stream");
+  Json good = tagged_answers("The mesh", "application/octet-stream");
   for (const char* type : {"model/gltf-binary", "model/obj", "model/stl"}) {
     good["200"]["content"][type] = {{"schema", Json::object()}};
   }
   add_ranges(good);
   all["mesh"] = {"A tile, a level or a box as one mesh of at most " + std::to_string(kMostTrianglesOverHttp) + " triangles", good,
                  parameters};
-  good = good_answers("The archive", "application/vnd.pmtiles");
+  good = tagged_answers("The archive", "application/vnd.pmtiles");
   add_ranges(good);
   all["archive"] = {
       "All tiles of a format as a PMTiles archive, whole or by ranges; made when it is first asked for", good,
@@ -210,6 +212,7 @@ void describe_live(Operations& all) {
   good["200"] =
       answer("The dataset of this address with these options, of which something can be read", "application/json", "dataset");
   good["202"] = answer("The same before anything can be read", "application/json", "dataset");
+  for (const char* status : {"200", "202"}) add_headers(good, status, {"ETag", "Content-Location"});
   all["live"] = {"The dataset of an address, made where there is none yet; Content-Location names it", good, options};
 }
 
@@ -236,7 +239,8 @@ Operation of_resource(const Resource& resource) {
   if (resource.grid == Grid::web_mercator) summary += " (WebMercatorQuad, rows from the north)";
   if (resource.grid == Grid::web_mercator_south) summary += " (WebMercatorQuad, rows from the south)";
   if (resource.grid == Grid::geodetic) summary += " (WorldCRS84Quad, rows from the south)";
-  Operation made{summary, good_answers(summary, std::string(resource.type))};
+  Operation made{summary, tagged_answers(summary, std::string(resource.type))};
+  add_headers(made.good, "200", {"Server-Timing", "Cordillera-Provisional", "Cordillera-Hint"});
   if (resource.absent == pipeline::faces::Absent::no_content) made.good["204"] = {{"description", "The place has no data"}};
   const auto take = [&made](const char* name, const char* about, std::string_view accepted) {
     if (!accepted.empty()) made.parameters.push_back(query(name, about + std::string("; accepted: ").append(accepted)));
@@ -254,47 +258,56 @@ struct Place {
   const RouteMethod& method;
   std::string path, id;
   bool leads;
+  Tokens tokens;
 };
 
 void add(Json& paths, const Place& at, const Operation& words) {
   std::string method(at.method.name);
   for (char& c : method) c = static_cast<char>(c - 'A' + 'a');
+  const auto described = [&](const std::string& id, const std::string& tag) {
+    Json json = operation(id, tag, method, words);
+    if (at.tokens == Tokens::asked_for && at.method.needs != access::Role::none)
+      json["security"] = Json::array({{{"bearer", Json::array()}}});
+    return json;
+  };
   const std::string tag(at.row.tag), below = at.path.substr(std::min(at.path.size(), kOneDataset.size()));
-  item(paths, at.path)[method] = operation(at.id, tag, words);
+  item(paths, at.path)[method] = described(at.id, tag);
   if ((at.row.is & RouteRow::kVersioned) != 0) {
     const std::size_t stem = method == "get" ? at.id.size() : at.row.name.size();  // elevation_of_version_by_post
     const std::string id = std::string(at.id).insert(stem, "_of_version");
-    item(paths, std::string(kOneDataset) + "/versions/{version}" + below)[method] = operation(id, "versions", words);
+    item(paths, std::string(kOneDataset) + "/versions/{version}" + below)[method] = described(id, "versions");
   }
   if ((at.row.is & RouteRow::kLive) == 0 || method != "get") return;
-  Json get = operation(at.id + "_of_address", "live", words);
+  Json get = described(at.id + "_of_address", "live");
   get["parameters"].push_back(url_parameter());
   if (at.leads) get["responses"]["307"] = {{"description", "The same of the dataset"}};
+  if (at.leads) add_headers(get["responses"], "307", {"Location"});
   item(paths, "/v1/live" + below)[method] = std::move(get);
 }
 
-void add_faces(Json& paths, const RouteRow& row, const RouteMethod& method) {
+void add_faces(Json& paths, const RouteRow& row, const RouteMethod& method, Tokens tokens) {
   const std::string before(row.path.substr(0, row.path.size() - kOfFaces.size()));
   for (const auto* face : pipeline::faces::all_faces()) {
     for (const Resource& one : face->resources)
-      add(paths, {row, method, before + std::string(one.path), id_of(one.path), one.grid == Grid::none}, of_resource(one));
+      add(paths, {row, method, before + std::string(one.path), id_of(one.path), one.grid == Grid::none, tokens},
+          of_resource(one));
   }
 }
 
 }  // namespace
 
-Json all_paths() {
+Json all_paths(Tokens tokens) {
   Json paths;
   Operations all = described();
   for (const RouteRow& row : route_table()) {
     for (const RouteMethod& method : row.methods) {
       if (row.path.ends_with(kOfFaces)) {
-        add_faces(paths, row, method);
+        add_faces(paths, row, method, tokens);
         continue;
       }
       const auto own = all.extract(std::string(method.operation));
       if (own.empty()) throw std::logic_error("no words for the operation " + std::string(method.operation));
-      add(paths, {row, method, std::string(row.path), own.key(), (row.is & RouteRow::kOneAddress) != 0}, own.mapped());
+      add(paths, {row, method, std::string(row.path), own.key(), (row.is & RouteRow::kOneAddress) != 0, tokens}, own.mapped());
     }
   }
   if (!all.empty()) throw std::logic_error("no route has the operation " + all.begin()->first);

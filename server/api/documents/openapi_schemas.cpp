@@ -44,7 +44,7 @@ Json dataset() {
   Json properties;
   properties["id"] = text("part of its address");
   properties["name"] = text("what the raster was called");
-  properties["title"] = text("what people call it; empty: nobody has said");
+  properties["title"] = text("what people call it; its name where nobody has said");
   properties["state"] = {{"type", "string"}, {"enum", states}};
   properties["created"] = {{"type", "string"}, {"format", "date-time"}};
   properties["private"] = {{"type", "boolean"}, {"description", "read with a token only"}};
@@ -159,6 +159,7 @@ Json sources_schemas(Json all) {
                                     {"added", "when it came"},
                                     {"crs", "its CRS"},
                                     {"vertical_datum", "what its heights count from"},
+                                    {"vertical_datum_from", "who says so"},
                                     {"source", "where it was fetched from"}}) {
     source[name] = text(about);
   }
@@ -167,6 +168,7 @@ Json sources_schemas(Json all) {
   source["extent"] = {{"type", "array"}, {"items", {{"type", "number"}}}, {"description", "west, south, east, north in degrees"}};
   source["resolution"] = {
       {"type", "array"}, {"items", {{"type", "number"}}}, {"description", "metres of a pixel, across and up"}};
+  for (const char* count : {"columns", "rows"}) source[count] = {{"type", "integer"}, {"description", "pixels"}};
   source["beside_bbox"] = {
       {"type", "boolean"},
       {"description", "true where the dataset's bbox does not touch it, so that it adds nothing; else left out"}};
@@ -238,6 +240,23 @@ Json in_path(const char* name, const char* about, const Json& schema) {
   return {{"name", name}, {"in", "path"}, {"required", true}, {"description", about}, {"schema", schema}};
 }
 
+/// Of answers.
+Json headers() {
+  Json all;
+  for (const auto& [name, about] : {std::pair{"ETag", "a function of the content"},
+                                    {"Server-Timing", "milliseconds that making it took"},
+                                    {"Cordillera-Provisional", "true: the build goes on, and this is not final"},
+                                    {"Cordillera-Hint", "which word of the query was meant, where one is nearly there"},
+                                    {"Preference-Applied", "what of Prefer was done"},
+                                    {"Location", "the path of what was made or is meant"},
+                                    {"Content-Location", "the path of the dataset"},
+                                    {"Content-Range", "which bytes of how many these are"},
+                                    {"Retry-After", "seconds after which to ask again; where asking again may help"}}) {
+    all[name] = {{"description", about}, {"schema", {{"type", "string"}}}};
+  }
+  return all;
+}
+
 Json parameters() {
   const Json whole = {{"type", "integer"}, {"minimum", 0}};
   Json level = whole;
@@ -255,26 +274,30 @@ Json parameters() {
   all["client"] = in_path(
       "client", "map library",
       {{"type", "string"}, {"enum", Json::array_t{"cesium", "threejs", "deckgl", "maplibre", "openlayers", "leaflet", "qgis"}}});
+  for (const auto& [name, about] : {std::pair{"If-None-Match", "an ETag: if it is still so, the answer is 304"},
+                                    {"Range", "bytes=FROM-TO: only these bytes; of several ranges the answer is the whole"},
+                                    {"If-Range", "an ETag: if it is another by now, the answer is the whole"}}) {
+    all[name] = openapi::header(name, about);
+  }
   return all;
 }
 
 }  // namespace
 
 Json openapi::components() {
-  const Json in_text = {{"type", "string"}};
   Json json;
   json["schemas"] = schemas();
   json["parameters"] = parameters();
   json["responses"]["problem"] = {
       {"description", "What went wrong"},
+      {"headers", {{"Retry-After", {{"$ref", "#/components/headers/Retry-After"}}}}},
       {"content", {{"application/problem+json", {{"schema", {{"$ref", "#/components/schemas/problem"}}}}}}}};
   json["securitySchemes"]["bearer"] = {{"type", "http"},
                                        {"scheme", "bearer"},
                                        {"description",
                                         "A token of the operator. Roles: read (private datasets, metrics), write (posting, "
                                         "removing what the token posted), admin."}};
-  json["headers"]["etag"] = {{"description", "a function of the content"}, {"schema", in_text}};
-  json["headers"]["timing"] = {{"description", "milliseconds that making it took"}, {"schema", in_text}};
+  json["headers"] = headers();
   return json;
 }
 
