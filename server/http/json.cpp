@@ -1,5 +1,6 @@
 #include "server/http/json.h"
 
+#include <google/protobuf/descriptor.h>
 #include <google/protobuf/util/json_util.h>
 
 #include <cmath>
@@ -26,6 +27,33 @@ const char* retry_after_s(std::string_view slug, int status) {
 
 std::string kept(const std::string& text) { return proto::cut_text(proto::one_line(text), kMostKept_bytes); }
 
+Json schema_of(const google::protobuf::Descriptor& message);
+
+Json schema_of(const google::protobuf::FieldDescriptor& field) {
+  using google::protobuf::FieldDescriptor;
+  switch (field.cpp_type()) {
+    case FieldDescriptor::CPPTYPE_MESSAGE: return schema_of(*field.message_type());
+    case FieldDescriptor::CPPTYPE_DOUBLE:
+    case FieldDescriptor::CPPTYPE_FLOAT: return {{"type", "number"}};
+    case FieldDescriptor::CPPTYPE_INT32:
+    case FieldDescriptor::CPPTYPE_UINT32: return {{"type", "integer"}};
+    case FieldDescriptor::CPPTYPE_BOOL: return {{"type", "boolean"}};
+    default: return {{"type", "string"}};  // 64 bits, too
+  }
+}
+
+/// A message that has itself within has no end here.
+Json schema_of(const google::protobuf::Descriptor& message) {
+  Json members = Json::object();
+  for (int k = 0; k < message.field_count(); ++k) {
+    const google::protobuf::FieldDescriptor& field = *message.field(k);
+    Json one = schema_of(field);
+    members[std::string(field.name())] =
+        field.is_repeated() ? Json{{"type", "array"}, {"items", std::move(one)}} : std::move(one);
+  }
+  return {{"type", "object"}, {"properties", std::move(members)}};
+}
+
 }  // namespace
 
 std::string to_json_line(const google::protobuf::Message& message) {
@@ -37,6 +65,8 @@ std::string to_json_line(const google::protobuf::Message& message) {
 }
 
 Json to_json(const google::protobuf::Message& message) { return Json::parse(to_json_line(message), nullptr, false); }
+
+Json schema_of_json(const google::protobuf::Message& message) { return schema_of(*message.GetDescriptor()); }
 
 bool from_json(const std::string& text, google::protobuf::Message* message, Unknown unknown) {
   google::protobuf::util::JsonParseOptions options;

@@ -15,6 +15,8 @@ using pipeline::Json;
 /// One line of JSON. Doubles that are not finite and text that is not UTF-8 do not occur in our messages.
 std::string to_json_line(const google::protobuf::Message& message);
 Json to_json(const google::protobuf::Message& message);
+/// JSON Schema of what to_json() makes of such messages.
+Json schema_of_json(const google::protobuf::Message& message);
 /// What is done about members that the message does not have. A later program may have written the text.
 enum class Unknown : std::uint8_t { ignored, refused };
 /// False if the text is not such a message.

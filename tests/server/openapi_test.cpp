@@ -69,6 +69,56 @@ Response asked_for(TestService& test, const std::string& method, const std::stri
   } catch (const std::exception& error) { return problem_response({"internal", error.what(), "", ""}); }
 }
 
+/// What is not as its schema says; empty: nothing. Members that a schema with properties does not name are wrong, too.
+class Fits {
+ public:
+  explicit Fits(const Json& document) : document_(document) {}
+
+  std::string wrong(const Json& schema, const Json& value, const std::string& where) const {
+    if (schema.contains("$ref"))
+      return wrong(document_.at(Json::json_pointer(schema["$ref"].get<std::string>().substr(1))), value, where);
+    if (schema.contains("oneOf")) {
+      for (const Json& one : schema["oneOf"])
+        if (wrong(one, value, where).empty()) return "";
+      return where + " is none of several";
+    }
+    if (schema.contains("type") && !is_of(schema["type"], value)) return where + " is no " + schema["type"].dump();
+    if (value.is_array() && schema.contains("items")) {
+      for (const Json& item : value)
+        if (auto found = wrong(schema["items"], item, where + "[]"); !found.empty()) return found;
+    }
+    return value.is_object() ? wrong_members(schema, value, where) : "";
+  }
+
+ private:
+  static bool is_of(const Json& types, const Json& value) {
+    if (types.is_array()) return std::any_of(types.begin(), types.end(), [&](const Json& type) { return is_of(type, value); });
+    const std::string type = types;
+    if (type == "null") return value.is_null();
+    if (type == "object") return value.is_object();
+    if (type == "array") return value.is_array();
+    if (type == "boolean") return value.is_boolean();
+    if (type == "integer") return value.is_number_integer();
+    return type == "number" ? value.is_number() : value.is_string();
+  }
+
+  std::string wrong_members(const Json& schema, const Json& value, const std::string& where) const {
+    const Json properties = schema.value("properties", Json::object()), others = schema.value("additionalProperties", Json());
+    const Json needed = schema.value("required", Json::array());
+    for (const Json& name : needed)
+      if (!value.contains(name.get<std::string>())) return where + " lacks " + name.dump();
+    for (const auto& [name, member] : value.items()) {
+      const bool known = properties.contains(name);
+      if (!known && !properties.empty() && others.is_null()) return where + " has an undescribed " + name;
+      const Json& form = known ? properties[name] : others;
+      if (auto found = form.is_object() ? wrong(form, member, where + "." + name) : ""; !found.empty()) return found;
+    }
+    return "";
+  }
+
+  const Json& document_;
+};
+
 void expect_headers_as_described(const Json& operation, const Response& answer, const std::string& where) {
   const Json good = operation["responses"].value(std::to_string(answer.status), Json());
   ASSERT_FALSE(good.is_null()) << where << " answers " << answer.status;
@@ -97,12 +147,15 @@ TEST(OpenApi, EveryPathIsAnswered) {
     for (const auto& [method, operation] : item.items()) {
       if (method == "parameters" || method == "delete") continue;
       const Response answer = asked_for(test, method, address);
+      ++asked;
       EXPECT_NE(answer.status, 405) << method << " " << address;
       if (answer.status >= 400) { EXPECT_NE(slug_of(answer), "not-found") << method << " " << address; }
       if (answer.status >= 400) { EXPECT_TRUE(operation["responses"].contains("4XX")) << path; }
       if (answer.status < 400 && !answer.later && !answer.rest)
         expect_headers_as_described(operation, answer, method + " " + path);
-      ++asked;
+      if (answer.status >= 400 || answer.header("Content-Type").find("json") == std::string::npos) continue;
+      const Json& content = operation["responses"][std::to_string(answer.status)]["content"];
+      EXPECT_EQ(Fits(document).wrong(content[answer.header("Content-Type")]["schema"], body_of(answer), method + " " + path), "");
     }
   }
   EXPECT_GT(asked, 20);

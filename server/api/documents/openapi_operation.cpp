@@ -48,8 +48,9 @@ void add_preferences(Operation& words) {
 }  // namespace
 
 Json content_of(const std::string& type, const char* schema) {
-  const Json form = schema != nullptr ? Json{{"$ref", std::string("#/components/schemas/") + schema}} : Json::object();
-  return {{type, {{"schema", form}}}};
+  if (schema != nullptr) return {{type, {{"schema", {{"$ref", std::string("#/components/schemas/") + schema}}}}}};
+  if (type.starts_with("text/")) return {{type, {{"schema", {{"type", "string"}}}}}};
+  return type == "application/json" ? Json{{type, {{"schema", {{"type", "object"}}}}}} : bytes_of(type);
 }
 
 Json bytes_schema() { return {{"type", "string"}, {"format", "binary"}}; }
@@ -80,6 +81,10 @@ Json query(const std::string& name, const std::string& about) {
 }
 Json header(const char* name, const char* about) {
   return {{"name", name}, {"in", "header"}, {"description", about}, {"schema", {{"type", "string"}}}};
+}
+Json counted(Json parameter) {
+  parameter["schema"] = {{"type", "integer"}, {"minimum", 0}};
+  return parameter;
 }
 Json required(Json parameter) {
   parameter["required"] = true;

@@ -21,13 +21,15 @@ Json operation(const std::string& id, const std::string& tag, const std::string&
 
 Json query(const std::string& name, const std::string& about);
 Json header(const char* name, const char* about);
+/// A whole number.
+Json counted(Json parameter);
 /// Without it the request is refused.
 Json required(Json parameter);
 
 /// The item of a path among all paths, with the parameters in its address.
 Json& item(Json& paths, const std::string& path);
 
-/// By media type. schema: its name among the components; null: anything.
+/// By media type. schema: its name among the components; null: a text, an object or bytes, as the type says.
 Json content_of(const std::string& type, const char* schema);
 /// A body that is no text: a raster, or a part of one.
 Json bytes_of(const std::string& type);

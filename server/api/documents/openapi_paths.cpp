@@ -86,7 +86,7 @@ void describe_datasets(Operations& all) {
                     {"204", {{"description", "The last event is that of Last-Event-ID: an EventSource asks no more"}}}},
                    Json::array({header("Last-Event-ID", "`id` of the last event that was seen")})};
   all["manifest"] = {"What was read and assumed, and the errors of every level",
-                     tagged_answers("The manifest", "application/json")};
+                     tagged_answers("The manifest", "application/json", "manifest")};
   add_headers(all["manifest"].good, "200", {"Cordillera-Provisional"});
   all["demo"] = {"A page with the dataset in a map library; the same for every id, it asks for the dataset itself",
                  tagged_answers("The page", "text/html")};
@@ -96,15 +96,16 @@ void describe_uploads(Operations& all) {
   const Json tus = header("Tus-Resumable", "1.0.0, as without it; any other is refused");
   all["begin_upload"] = {"Begin an upload in parts (tus 1.0)",
                          {{"201", bare("It begins at offset 0", {"Location", "Upload-Offset", "Tus-Resumable"})}},
-                         Json::array({required(header("Upload-Length", "bytes of the raster")),
+                         Json::array({counted(required(header("Upload-Length", "bytes of the raster"))),
                                       header("Upload-Metadata", "filename and its base64"), tus})};
   all["upload"] = {"How much of it is on disk for good; a HEAD has it in Upload-Offset and Upload-Length",
-                   {{"200", answer("The upload", "application/json")}},
+                   {{"200", answer("The upload", "application/json", "upload")}},
                    Json::array({tus})};
-  all["continue_upload"] = {"Bytes from the offset on",
-                            {{"204", bare("They are on disk", {"Upload-Offset", "Tus-Resumable"})}},
-                            Json::array({required(header("Upload-Offset", "where the body begins: what HEAD told")), tus}),
-                            {{"required", true}, {"content", bytes_of("application/offset+octet-stream")}}};
+  all["continue_upload"] = {
+      "Bytes from the offset on",
+      {{"204", bare("They are on disk", {"Upload-Offset", "Tus-Resumable"})}},
+      Json::array({counted(required(header("Upload-Offset", "where the body begins: what HEAD told"))), tus}),
+      {{"required", true}, {"content", bytes_of("application/offset+octet-stream")}}};
   all["end_upload"] = {"Throw it away", {{"204", bare("It is gone", {"Tus-Resumable"})}}, Json::array({tus})};
 }
 
@@ -139,7 +140,7 @@ void describe_sources(Operations& all) {
   for (const char* status : {"200", "202"}) removed.good[status].erase("headers");  // there is nothing to lead to
   all["versions"] = {"The version that is served, and earlier ones that are kept", guarded("The versions", "versions")};
   all["rollback"] = {"Serve an earlier version again, the one before if none is named", guarded("The versions", "versions"),
-                     Json::array({query("to", "number of a kept version"),
+                     Json::array({counted(query("to", "number of a kept version")),
                                   header("If-Match", "the ETag of the versions; if it is another by now, the answer is 412")})};
 }
 
@@ -148,9 +149,9 @@ void describe_service(Operations& all) {
   all["description"] = {"This document", tagged_answers("This document", "application/json")};
   all["openapi"] = {"The same", tagged_answers("The same", "application/json")};
   all["docs"] = get_of("The same, for people", "text/html");
-  all["version"] = get_of("What runs here", "application/json");
+  all["version"] = get_of("What runs here", "application/json", "program");
   all["icon"] = get_of("A mountain, for browsers", "image/x-icon");
-  all["index"] = get_of("Options of a POST, and links", "application/json");
+  all["index"] = get_of("Options of a POST, and links", "application/json", "index");
   all["limits"] = get_of("What the service takes on at most, and how much of it is in use", "application/json", "limits");
   all["metrics"] = get_of("Numbers for Prometheus; takes a token where there are any", "text/plain");
   all["health"] = get_of("The process is alive", "application/json", "health");
@@ -159,15 +160,18 @@ void describe_service(Operations& all) {
 
 void describe_stac(Operations& all) {
   const char* geo = "application/geo+json";
-  all["stac"] = get_of("Landing page of STAC 1.0 and OGC API - Common", "application/json");
-  all["stac_conformance"] = get_of("What it conforms to", "application/json");
-  all["stac_collections"] = get_of("The one collection", "application/json");
-  all["stac_collection"] = get_of("The collection of all datasets", "application/json");
-  all["stac_items"] = get_of("Datasets that are ready as items, newest first, at most 100 a page; the link `next` leads on", geo);
-  all["stac_items"].parameters = {query("limit", "most items of a page, 1 to 1000; above 100 it is 100"),
-                                  query("after", "where the page before ended; the link `next` has it"),
-                                  query("bbox", "only those that touch this box: west,south,east,north in degrees")};
-  all["stac_item"] = get_of("A dataset as an item", geo);
+  all["stac"] = get_of("Landing page of STAC 1.0 and OGC API - Common", "application/json", "stac_catalog");
+  all["stac_conformance"] = get_of("What it conforms to", "application/json", "stac_conformance");
+  all["stac_collections"] = get_of("The one collection", "application/json", "stac_collections");
+  all["stac_collection"] = get_of("The collection of all datasets", "application/json", "stac_collection");
+  all["stac_items"] =
+      get_of("Datasets that are ready as items, newest first, at most 100 a page; the link `next` leads on", geo, "stac_items");
+  Json& parameters = all["stac_items"].parameters = Json::array();
+  for (Json& one : parameters_of(list_options())) {
+    if (one["name"] == "limit") one["description"] = "most items of a page, 1 to 1000; above 100 it is 100";
+    if (one["name"] != "state" && one["name"] != "q") parameters.push_back(std::move(one));
+  }
+  all["stac_item"] = get_of("A dataset as an item", geo, "stac_item");
 }
 
 void describe_elevation(Operations& all) {
@@ -177,8 +181,8 @@ void describe_elevation(Operations& all) {
   for (Json* one : {&good, &posted}) add_headers(*one, "200", {"Cordillera-Provisional"});
   const Json parameters = Json::array({query("points", "places, lon,lat;lon,lat;… in degrees; not with line"),
                                        query("line", "the corners of a line that is sampled evenly, as points are given"),
-                                       query("samples", "how many places of the line"),
-                                       query("level", "of the meshes; the finest without it"), prefer_of_reading()});
+                                       counted(query("samples", "how many places of the line")),
+                                       counted(query("level", "of the meshes; the finest without it")), prefer_of_reading()});
   all["elevation"] = {"Heights at places or along a line, from the meshes that clients get", good, parameters};
   all["elevation_by_post"] = {"The same for places in the body: points or a line as lists of [lon, lat], or GeoJSON",
                               posted,
@@ -189,9 +193,7 @@ void describe_elevation(Operations& all) {
 void describe_meshes(Operations& all) {
   const Json parameters = parameters_of(mesh_options());
   Json good = tagged_answers("The mesh", "application/octet-stream");
-  for (const char* type : {"model/gltf-binary", "model/obj", "model/stl"}) {
-    good["200"]["content"][type] = {{"schema", Json::object()}};
-  }
+  for (const char* type : {"model/gltf-binary", "model/obj", "model/stl"}) { good["200"]["content"].update(bytes_of(type)); }
   add_ranges(good);
   all["mesh"] = {"A tile, a level or a box as one mesh of at most " + std::to_string(kMostTrianglesOverHttp) + " triangles", good,
                  parameters};
@@ -239,7 +241,8 @@ Operation of_resource(const Resource& resource) {
   if (resource.grid == Grid::web_mercator) summary += " (WebMercatorQuad, rows from the north)";
   if (resource.grid == Grid::web_mercator_south) summary += " (WebMercatorQuad, rows from the south)";
   if (resource.grid == Grid::geodetic) summary += " (WorldCRS84Quad, rows from the south)";
-  Operation made{summary, tagged_answers(summary, std::string(resource.type))};
+  const bool tilejson = resource.links == pipeline::faces::Links::tile_templates;
+  Operation made{summary, tagged_answers(summary, std::string(resource.type), tilejson ? "tilejson" : nullptr)};
   add_headers(made.good, "200", {"Server-Timing", "Cordillera-Provisional", "Cordillera-Hint"});
   if (resource.absent == pipeline::faces::Absent::no_content) made.good["204"] = {{"description", "The place has no data"}};
   const auto take = [&made](const char* name, const char* about, std::string_view accepted) {

@@ -3,25 +3,13 @@
 #include "proto/lattice.h"
 #include "server/api/documents/openapi.h"
 #include "server/api/documents/openapi_options.h"
+#include "server/api/documents/openapi_values.h"
 #include "server/api/requests/query_words.h"
 #include "server/datasets/registry.h"
 #include "server/http/problems.h"
 
-namespace cordillera::server {
+namespace cordillera::server::openapi {
 namespace {
-
-Json text(const char* about) { return {{"type", "string"}, {"description", about}}; }
-Json number(const char* about) { return {{"type", "number"}, {"description", about}}; }
-Json or_null(const char* schema) {
-  return {{"oneOf", Json::array({{{"$ref", std::string("#/components/schemas/") + schema}}, {{"type", "null"}}})}};
-}
-Json list_of(const char* schema) {
-  return {{"type", "array"}, {"items", {{"$ref", std::string("#/components/schemas/") + schema}}}};
-}
-
-Json object(const Json& properties, const Json& required) {
-  return {{"type", "object"}, {"properties", properties}, {"required", required}};
-}
 
 Json problem() {
   Json types = Json::array();
@@ -68,11 +56,8 @@ Json dataset() {
   properties["notes"] = {{"type", "array"},
                          {"items", {{"type", "string"}}},
                          {"description", "sentences for people: voids that were filled, options of an older spelling"}};
-  properties["manifest"] = {{"type", Json::array_t{"object", "null"}},
-                            {"description", "once it is ready: title, attribution, imagery, levels, bounds, counts"}};
-  properties["updates"] = {
-      {"type", "object"},
-      {"description", "of a dataset whose rasters can be changed: number of its version, pending changes, the last one"}};
+  properties["manifest"] = or_null("summary");
+  properties["updates"] = ref("updates");
   properties["version"] = text("once it is ready: names this build in addresses that never change");
   properties["faces"] = list_of("face");
   return object(properties, {"id", "name", "state", "created", "progress", "error", "links", "manifest"});
@@ -111,33 +96,6 @@ Json link() {
   properties["tileMatrixSetId"] = {{"type", "string"}, {"enum", Json::array_t{"WorldCRS84Quad", "WebMercatorQuad"}}};
   properties["rows"] = {{"type", "string"}, {"enum", Json::array_t{"north", "south"}}, {"description", "where y counts from"}};
   return object(properties, {"rel", "href", "type", "title"});
-}
-
-Json elevations() {
-  Json properties;
-  properties["level"] = {{"type", "integer"}, {"description", "of the meshes"}};
-  properties["stated_max_error"] = {{"type", Json::array_t{"number", "null"}},
-                                    {"description", "metres, of that level; null of provisional tiles"}};
-  properties["provisional"] = {{"type", "boolean"},
-                               {"description", "true: the build goes on, and these heights are of coarse tiles; else not there"}};
-  properties["points"] = {{"type", "array"},
-                          {"items", {{"type", "object"}}},
-                          {"description", "lon, lat, ellipsoidal_height, orthometric_height; distance along a line"}};
-  return object(properties, Json::array_t{"level", "stated_max_error", "points"});
-}
-
-/// What elevations are asked of in a body.
-Json places() {
-  const Json place = {{"type", "array"}, {"items", {{"type", "number"}}}, {"description", "lon, lat in degrees"}};
-  Json properties;
-  properties["points"] = {{"type", "array"}, {"items", place}, {"description", "places, one by one"}};
-  properties["line"] = {{"type", "array"}, {"items", place}, {"description", "the corners of a line"}};
-  properties["type"] = text("of GeoJSON: Point, MultiPoint, LineString or Feature");
-  properties["coordinates"] = {{"type", "array"}, {"items", Json::object()}, {"description", "of GeoJSON"}};
-  properties["geometry"] = {{"type", "object"}, {"description", "of a Feature"}};
-  Json made = object(properties, Json::array_t{});
-  made["description"] = "points, line or GeoJSON";
-  return made;
 }
 
 Json limits() {
@@ -204,11 +162,11 @@ Json sources_schemas(Json all) {
 
 /// What a POST takes as its body beside a raster.
 void add_postings(Json& all) {
-  all["posting"] = object(openapi::members_of(post_words()), Json::array_t{});
-  Json fields = openapi::fields_of(post_words());
+  all["posting"] = object(members_of(post_words()), Json::array_t{});
+  Json fields = fields_of(post_words());
   all["posting_fields"] = object(fields, Json::array_t{});
   fields["file"] = {{"type", "array"},
-                    {"items", openapi::bytes_schema()},
+                    {"items", bytes_schema()},
                     {"description", "the rasters, the one that wins first; none with source or upload"}};
   all["raster_form"] = object(fields, Json::array_t{});
 }
@@ -222,16 +180,16 @@ Json schemas() {
        {"next", {{"type", Json::array_t{"string", "null"}}, {"description", "path of the next page; null: this is the last"}}}},
       Json::array_t{"datasets", "next"});
   all["progress"] = progress();
-  Json words = openapi::members_of(description_words());
+  Json words = members_of(description_words());
   for (const char* text : {"title", "attribution", "imagery"}) words[text]["type"] = Json::array_t{"string", "null"};
   all["description"] = object(words, Json::array_t{});
   all["face"] = face();
   all["link"] = link();
-  all["elevations"] = elevations();
-  all["places"] = places();
-  all["health"] = object({{"status", {{"type", "string"}, {"enum", Json::array_t{"ok"}}}}}, Json::array_t{"status"});
+  all["health"] = object({{"status", {{"type", "string"}, {"enum", Json::array_t{"ok"}}}},
+                          {"damaged_datasets", whole("of /readyz, where there are some")}},
+                         Json::array_t{"status"});
   all["limits"] = limits();
-  all["estimate"] = {{"type", "object"}, {"description", "levels and targets; tiles, triangles, bytes and seconds as guesses"}};
+  add_answers(all);
   add_postings(all);
   return sources_schemas(std::move(all));
 }
@@ -277,14 +235,14 @@ Json parameters() {
   for (const auto& [name, about] : {std::pair{"If-None-Match", "an ETag: if it is still so, the answer is 304"},
                                     {"Range", "bytes=FROM-TO: only these bytes; of several ranges the answer is the whole"},
                                     {"If-Range", "an ETag: if it is another by now, the answer is the whole"}}) {
-    all[name] = openapi::header(name, about);
+    all[name] = header(name, about);
   }
   return all;
 }
 
 }  // namespace
 
-Json openapi::components() {
+Json components() {
   Json json;
   json["schemas"] = schemas();
   json["parameters"] = parameters();
@@ -301,4 +259,4 @@ Json openapi::components() {
   return json;
 }
 
-}  // namespace cordillera::server
+}  // namespace cordillera::server::openapi
