@@ -11,6 +11,7 @@ namespace cordillera::pipeline {
 /// nullopt: that of the build stays. An empty title: the name stands for it.
 struct Words {
   std::optional<std::string> title, attribution, imagery;
+  bool operator==(const Words&) const = default;
 };
 
 /// Into a manifest, as a build with these options would have written them.

@@ -1,5 +1,6 @@
 // PATCH /v1/datasets/{id}: what of a dataset may change without a build: its title, its attribution, its imagery, and who may
 // read it. And build=full, after which what a lazy build has not made is made.
+#include <algorithm>
 #include <mutex>
 
 #include "server/api/api.h"
@@ -19,6 +20,16 @@ constexpr const char* kDescribable =
 
 /// What a dataset need not have: null takes it away, as an empty text does.
 const TextMembers kTexts = {"title", "attribution", "imagery"};
+
+/// Those under which addresses of versions go on: as many as are kept of changed rasters.
+FormerWords words_after(const std::filesystem::path& folder, const Dataset& before, const Dataset& changed,
+                        const ServeSettings& serve) {
+  FormerWords former = former_words(folder);
+  const pipeline::Words were = words_of(before.options);
+  if (were != words_of(changed.options)) former.insert(former.begin(), were);
+  former.resize(std::min<std::size_t>(former.size(), serve.keep_versions));
+  return former;
+}
 
 std::mutex g_describing;
 
@@ -52,7 +63,9 @@ Response describe_dataset(Service& service, const Request& request, const Datase
   if (auto refused = changed.is_private ? service.gate().refuse_private() : std::nullopt) return problem_response(*refused);
   (void)service.live().note_read(*before, sender(request));  // one that is asleep could not be built
   // First beside the tiles: a registry that is lost then knows no less of who may read them.
-  if (const auto written = write_record(service.layout().dataset(dataset.id), changed); !written)
+  const auto folder = service.layout().dataset(dataset.id);
+  if (const auto written = write_record(folder, changed, words_after(folder, *before, changed, service.settings().serve));
+      !written)
     return problem_response(written.problem());
   service.registry().describe(dataset.id, changed.options, changed.is_private);
   const Row now = service.registry().find(dataset.id);

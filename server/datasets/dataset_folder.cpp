@@ -51,19 +51,43 @@ Dataset dataset_of(const proto::DatasetRecord& record) {
   return dataset;
 }
 
+std::optional<proto::DatasetRecord> record_in(const fs::path& folder) {
+  const auto text = proto::bytes_of_file(folder / kRecordFile);
+  proto::DatasetRecord record;
+  if (!text || !from_json(*text, &record) || record.id() != folder.filename().string()) return std::nullopt;
+  return record;
+}
+
 }  // namespace
 
-proto::Result<void> write_record(const fs::path& folder, const Dataset& dataset) {
-  if (raster::write_whole((folder / kRecordFile).string(), to_json_line(record_of(dataset)) + "\n")) return {};
+pipeline::Words words_of(const proto::BuildOptions& options) {
+  return {options.title(), options.attribution(), options.imagery()};
+}
+
+proto::Result<void> write_record(const fs::path& folder, const Dataset& dataset, const FormerWords& former) {
+  proto::DatasetRecord record = record_of(dataset);
+  for (const pipeline::Words& words : former) {
+    proto::FormerWords& one = *record.add_former();
+    one.set_title(words.title.value_or(""));
+    one.set_attribution(words.attribution.value_or(""));
+    one.set_imagery(words.imagery.value_or(""));
+  }
+  if (raster::write_whole((folder / kRecordFile).string(), to_json_line(record) + "\n")) return {};
   return proto::Problem{"storage-full", "what was posted cannot be written down: the disk is full or fails",
                         "trying again when there is room", ""};
 }
 
 std::optional<Dataset> read_record(const fs::path& folder) {
-  const auto text = proto::bytes_of_file(folder / kRecordFile);
-  proto::DatasetRecord record;
-  if (!text || !from_json(*text, &record) || record.id() != folder.filename().string()) return std::nullopt;
-  return dataset_of(record);
+  const auto record = record_in(folder);
+  return record ? std::optional(dataset_of(*record)) : std::nullopt;
+}
+
+FormerWords former_words(const fs::path& folder) {
+  FormerWords all;
+  const auto record = record_in(folder);
+  if (!record) return all;
+  for (const proto::FormerWords& one : record->former()) all.push_back({one.title(), one.attribution(), one.imagery()});
+  return all;
 }
 
 bool mark_deleted(const fs::path& folder) {

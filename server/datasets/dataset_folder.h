@@ -4,7 +4,9 @@
 #include <optional>
 #include <string>
 #include <system_error>
+#include <vector>
 
+#include "pipeline/store/store_words.h"
 #include "proto/result.h"
 #include "server/data/layout.h"
 #include "server/datasets/registry.h"
@@ -26,8 +28,14 @@ inline bool is_record(const std::filesystem::path& name) {
   return name == kRecordFile || name == kDeletedFile || name == kFetchedFile || name == kListedFile;
 }
 
+/// What a dataset was called before, the last one first. Its record alone has them.
+using FormerWords = std::vector<pipeline::Words>;
+pipeline::Words words_of(const proto::BuildOptions& options);
+
 /// Problems: "storage-full".
-proto::Result<void> write_record(const std::filesystem::path& folder, const Dataset& dataset);
+proto::Result<void> write_record(const std::filesystem::path& folder, const Dataset& dataset, const FormerWords& former = {});
+/// Empty where there is no record.
+FormerWords former_words(const std::filesystem::path& folder);
 /// None: there is none, or it is of another dataset than the folder's name says.
 std::optional<Dataset> read_record(const std::filesystem::path& folder);
 

@@ -126,7 +126,7 @@ std::vector<OptionSpec> make_serve_options() {
       {"live", "FOLDER", "every raster in this folder and below it is a dataset: found, changed and gone while the service runs",
        "a folder", apply_path<&ServeSettings::live>},
       number("cache-size", "MIB", "memory for what was read of mounted datasets, MiB", {1, 1u << 20}, &ServeSettings::cache_mib),
-      number("keep-versions", "N", "earlier versions that are kept of a dataset whose rasters change", {0, 100},
+      number("keep-versions", "N", "earlier versions that are kept of a dataset whose rasters or words change", {0, 100},
              &ServeSettings::keep_versions),
       {"source-allow", "PREFIXES", "addresses that the service may fetch rasters from (source=); without it none",
        "beginnings of http://, https:// or s3:// addresses with a / behind the host and no user's name, separated by commas",

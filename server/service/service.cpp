@@ -103,7 +103,7 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
   });
   service->library_.set_words([&registry = *service->registry_](const std::string& id) {
     const Row row = registry.find(id);
-    return row ? pipeline::Words{row->options.title(), row->options.attribution(), row->options.imagery()} : pipeline::Words();
+    return row ? words_of(row->options) : pipeline::Words();
   });
   try {
     adopt_folders(layout, *service->registry_);

@@ -211,7 +211,18 @@ TEST_F(Owners, DescribeTheirDatasetsAnewWithoutABuild) {
   EXPECT_EQ(body_of(TestService::plain(ask("GET", path + "/tileset.json")))["asset"]["extras"]["imagery"],
             "https://a/{z}/{y}/{x}.jpg?k=1");
   EXPECT_NE(body_of(done)["version"], version);
-  EXPECT_EQ(ask("GET", path + "/versions/" + version + "/manifest.json").status, 404) << "what a version names never changes";
+  const auto titled = [&](const std::string& asked) {
+    const Response answer = TestService::plain(ask("GET", path + "/versions/" + asked + "/manifest.json"));
+    return answer.status == 200 ? std::string(body_of(answer)["title"]) : slug_of(answer);
+  };
+  const std::string second = body_of(done)["version"];
+  EXPECT_EQ(titled(version), "Hils") << "what a version names never changes";
+  EXPECT_EQ(titled(second), "Hills");
+  test_.stop();
+  test_.start();
+  EXPECT_EQ(titled(version), "Hils") << "after a restart";
+  EXPECT_EQ(patch(of(alice()), {{"private", "0"}}).status, 200);
+  EXPECT_EQ(titled(version), "Hils") << "no word has changed";
   const auto sent = [&](const std::string& body, const char* type = "application/x-www-form-urlencoded") {
     Headers headers = of(alice());
     headers["content-type"] = type;
@@ -224,6 +235,8 @@ TEST_F(Owners, DescribeTheirDatasetsAnewWithoutABuild) {
     return test_.api().handle(request);
   };
   EXPECT_EQ(body_of(sent("title=White+Hills&attribution=A%26B"))["manifest"]["title"], "White Hills");
+  EXPECT_EQ(titled(second), "Hills");
+  EXPECT_EQ(titled(version), "version-unknown") << "one is kept";
   EXPECT_EQ(body_of(sent("{\"title\": \"Hills\"}"))["manifest"]["title"], "Hills");
   EXPECT_EQ(slug_of(sent("Hills")), "json-invalid");
   EXPECT_EQ(slug_of(sent("{\"private\": null}", "application/json")), "json-invalid");

@@ -213,6 +213,21 @@ TEST_F(Updates, OrderOptionsAndEnds) {
   EXPECT_FALSE(std::filesystem::exists(dataset() / "next.sqlite"));
 }
 
+TEST_F(Updates, AddressesBelowAVersionOutliveATitleAndARaster) {
+  begin();
+  const std::string first = ask("GET", base_).body["version"];
+  ASSERT_EQ(ask("PATCH", base_ + "?title=Hills").status, 200);
+  const std::string second = ask("GET", base_).body["version"];
+  const auto titled = [&](const std::string& version) {
+    return ask("GET", base_ + "/versions/" + version + "/manifest.json").body.value("title", "");
+  };
+  EXPECT_EQ(titled(first), "t");
+  ASSERT_EQ(change("POST", "/sources?name=patch.tif", "patch.tif").status, 201);
+  EXPECT_EQ(titled(ask("GET", base_).body["version"]), "Hills");
+  EXPECT_EQ(titled(second), "Hills") << "its build did not know of that title";
+  EXPECT_EQ(titled(first), "t");
+}
+
 TEST_F(Updates, WhatIsWrongChangesNothing) {
   begin();
   const Bytes first = served();
