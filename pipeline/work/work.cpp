@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <mutex>
+#include <set>
 
 #include "pipeline/build/builder.h"
 #include "pipeline/work/shard.h"
@@ -42,19 +43,36 @@ class Worker {
     }
   }
 
+  /// Before the first task: its problem is that of all.
+  proto::Result<void> prepare() {
+    if (ready_) return {};
+    const auto ready = builder_.prepare();
+    ready_ = ready.ok();
+    return ready;
+  }
+
   proto::Result<FinishedTask> work(const proto::WorkTask& task) {
-    for (const raster::MosaicMember& member : members_of(plan_, task)) {
-      if (const auto same = check_unchanged(member); !same.ok()) return same.problem();
+    const std::vector<raster::MosaicMember> members = members_of(plan_, task);
+    for (const raster::MosaicMember& member : members) {
+      if (const auto same = unchanged(member, check_unchanged); !same.ok()) return same.problem();
     }
-    if (!ready_) {
-      if (const auto ready = builder_.prepare(); !ready.ok()) return ready.problem();
-      ready_ = true;
+    auto finished = task.sources_size() > 0 ? builder_.block(address_of(task), told_to_nobody) : merge(task);
+    // Who writes into a raster meanwhile may have had its pixels read in part.
+    for (const raster::MosaicMember& member : members) {
+      if (const auto same = unchanged(member, check_state); !same.ok()) return same.problem();
     }
-    return task.sources_size() > 0 ? builder_.block(address_of(task), told_to_nobody) : merge(task);
+    return finished;
   }
 
  private:
   static void told_to_nobody(double) {}
+  /// What was changed once stays refused, whatever its file says later: pixels of then may be in a cache.
+  proto::Result<void> unchanged(const raster::MosaicMember& member, proto::Result<void> (*check)(const raster::MosaicMember&)) {
+    if (const auto found = changed_.find(member.path); found != changed_.end()) return found->second;
+    auto same = check(member);
+    if (!same.ok() && same.problem().type == kSourceChanged) changed_.emplace(member.path, same.problem());
+    return same;
+  }
   /// A merge reads no raster.
   proto::Result<std::unique_ptr<raster::Source>> open(bool blocks) const {
     return blocks ? open_source(request_) : proto::Result<std::unique_ptr<raster::Source>>(nullptr);
@@ -78,6 +96,7 @@ class Worker {
   Builder builder_;
   bool ready_ = false;
   std::map<proto::TileAddress, const proto::WorkTask*> below_;
+  std::map<std::string, Problem> changed_;  ///< rasters, by path
 };
 
 /// A raster in object storage that was read when the plan was made, and now is not there or ends early: who asks again may get
@@ -94,10 +113,14 @@ enum class Order { as_given, dearest_first };
 /// Hands out tasks, each once.
 class TaskList {
  public:
-  TaskList(const proto::WorkStage& stage, std::vector<std::size_t> tasks, Order order) : stage_(stage), tasks_(std::move(tasks)) {
-    if (order == Order::as_given) return;
-    std::stable_sort(tasks_.begin(), tasks_.end(),
-                     [&](std::size_t a, std::size_t b) { return cost_of(task(a)) > cost_of(task(b)); });
+  TaskList(const proto::WorkStage& stage, std::vector<std::size_t> tasks, Order order, std::size_t begin)
+      : stage_(stage), tasks_(std::move(tasks)) {
+    if (order == Order::dearest_first) {
+      std::stable_sort(tasks_.begin(), tasks_.end(),
+                       [&](std::size_t a, std::size_t b) { return cost_of(task(a)) > cost_of(task(b)); });
+    }
+    if (!tasks_.empty())
+      std::rotate(tasks_.begin(), tasks_.begin() + static_cast<std::ptrdiff_t>(begin % tasks_.size()), tasks_.end());
   }
   /// Null where none is left.
   const proto::WorkTask* next() {
@@ -113,11 +136,43 @@ class TaskList {
   std::atomic<std::size_t> next_{0};
 };
 
+/// Tasks that will fail again, while others go on.
+class Failures {
+ public:
+  /// The problem is the caller's where others would have it, too.
+  proto::Result<TaskOutcome> take(const Problem& problem) {
+    if (worth_retrying(problem)) return problem;
+    const std::lock_guard lock(mutex_);
+    if (++tasks_ == 1) first_ = problem;
+    if (told_.insert(problem.detail).second && told_.size() <= kMostNamed)
+      named_ += (named_.empty() ? "" : "; ") + problem.detail;
+    return TaskOutcome::failed;
+  }
+  /// Of all; that of the only one as it was.
+  proto::Result<void> sum() const {
+    if (tasks_ == 0) return {};
+    if (tasks_ == 1) return first_;
+    return Problem{kTasksFailed,
+                   std::to_string(tasks_) + " tasks have failed, and the others are done: " + named_ +
+                       (told_.size() > kMostNamed ? "; …, " + std::to_string(told_.size()) + " reasons in all" : ""),
+                   first_.accepted, first_.parameter};
+  }
+
+ private:
+  static constexpr std::size_t kMostNamed = 5;
+  std::mutex mutex_;
+  std::size_t tasks_ = 0;
+  Problem first_;
+  std::string named_;
+  std::set<std::string> told_;  ///< one raster is read by many tasks
+};
+
 proto::Result<TaskOutcome> do_task(Worker& worker, const proto::WorkPlan& plan, const proto::WorkTask& task,
-                                   const std::string& folder) {
+                                   const std::string& folder, Failures& failures) {
   if (read_shard(folder, task).ok()) return TaskOutcome::was_done;
+  if (const auto ready = worker.prepare(); !ready.ok()) return ready.problem();
   const auto finished = worker.work(task);
-  if (!finished.ok()) return of_storage(plan, task, finished.problem());
+  if (!finished.ok()) return failures.take(of_storage(plan, task, finished.problem()));
   if (const auto written = write_shard(folder, task, *finished); !written.ok()) return written.problem();
   return TaskOutcome::done;
 }
@@ -159,21 +214,22 @@ std::vector<std::size_t> part_of(const proto::WorkStage& stage, std::size_t part
 
 proto::Result<void> do_tasks(const proto::WorkPlan& plan, const proto::WorkStage& stage, const std::vector<std::size_t>& tasks,
                              const WorkOrder& order, const TaskEnded& ended, const std::atomic<bool>& stop) {
-  TaskList list(stage, tasks, order.devices.size() > 1 ? Order::dearest_first : Order::as_given);
+  TaskList list(stage, tasks, order.devices.size() > 1 ? Order::dearest_first : Order::as_given, order.begin);
+  Failures failures;
   std::mutex telling;
   const auto work_on = [&](std::size_t device) -> proto::Result<void> {
     Worker worker(plan, stage, order, device, stop);
     while (const proto::WorkTask* task = list.next()) {
       if (stop) return kCancelled;
-      const auto outcome = do_task(worker, plan, *task, order.folder);
+      const auto outcome = do_task(worker, plan, *task, order.folder, failures);
       if (!outcome) return outcome.problem();
       const std::lock_guard lock(telling);
       ended(*task, *outcome);
     }
     return {};
   };
-  if (order.devices.size() == 1) return work_on(0);
-  return side_by_side(order.devices.size(), list, work_on);
+  const auto ended_by = order.devices.size() == 1 ? work_on(0) : side_by_side(order.devices.size(), list, work_on);
+  return ended_by.ok() ? failures.sum() : ended_by;
 }
 
 bool worth_retrying(const proto::Problem& problem) {

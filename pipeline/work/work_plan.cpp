@@ -6,6 +6,7 @@
 
 #include "pipeline/build/pilot.h"
 #include "pipeline/build/stages.h"
+#include "pipeline/plan/ecef_step.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/store/content_hash.h"
 #include "pipeline/tile/chain.h"
@@ -14,6 +15,7 @@
 #include "proto/version.h"
 #include "raster/mosaic/sheets.h"
 #include "raster/mosaic/window_index.h"
+#include "raster/open/raster_state.h"
 #include "raster/sample/back_projection.h"
 #include "raster/storage/storage.h"
 #include "raster/voids/filled_source.h"
@@ -58,14 +60,18 @@ class Namer {
     numbers.clear_window();  // each block has its own part of it
     numbers.clear_source_state();
     numbers.clear_levels();
+    numbers.clear_seen_heights();  // of all rasters; what a level has of them follows with its own numbers
     common_ = std::to_string(kPlanFormat) + "\n" + numbers.SerializeAsString();
     const std::string& mask = plan.plan().options().water_mask();
     if (!mask.empty()) common_ += "\nwater mask " + raster::state_of(mask);
     if (merged_at_once(plan.plan())) common_ += "\nat once";  // blocks leave something else then
     if (numbers.exact()) common_ += "\nrims " + std::to_string(most_rim_reach(plan.plan()));
     // A task does not depend on levels above its own, whose numbers change where the data comes to reach farther.
-    for (const proto::LevelPlan& level : plan.plan().levels())
-      levels_[static_cast<int>(level.level())] = (numbers_ += level.SerializeAsString());
+    for (const proto::LevelPlan& level : plan.plan().levels()) {
+      numbers_ += level.SerializeAsString();
+      if (level.coarsest_ecef_step() > 0) numbers_ += "\nstep " + std::to_string(usual_step_m(plan.plan(), level));
+      levels_[static_cast<int>(level.level())] = numbers_;
+    }
     std::vector<raster::MosaicMember> members;
     for (const proto::PlannedSource& source : plan.sources()) {
       sources_.push_back(print_of(source));
@@ -253,6 +259,13 @@ proto::Problem unreadable(const std::string& path, const std::string& why) {
   return {"plan-invalid", path + " " + why, "a folder that `cordillera plan` wrote", ""};
 }
 
+proto::Problem another_state(const raster::MosaicMember& planned, const std::string& now) {
+  return {kSourceChanged,
+          planned.path + " is not what it was when the plan was made (then " + raster::told_state(planned.state) + ", now " +
+              (now.empty() ? "not there" : raster::told_state(now)) + ")",
+          "the same files as planned, or a new plan", ""};
+}
+
 }  // namespace
 
 raster::MosaicMember member_of(const proto::PlannedSource& source, const std::string& path, raster::Trust trust) {
@@ -354,19 +367,20 @@ proto::Result<void> check_unchanged(const raster::MosaicMember& planned) {
     if (problem.detail.find(planned.path) == std::string::npos) problem.detail = planned.path + ": " + problem.detail;
     return problem;
   }
-  if (now->state != planned.state) {
-    return proto::Problem{"source-changed",
-                          planned.path + " is not what it was when the plan was made (then " + raster::told_state(planned.state) +
-                              ", now " + raster::told_state(now->state) + ")",
-                          "the same files as planned, or a new plan", ""};
-  }
+  if (now->state != planned.state) return another_state(planned, now->state);
   if (now->datum != planned.datum) {
-    return proto::Problem{"source-changed",
+    return proto::Problem{kSourceChanged,
                           "the geoid grid for " + planned.path + " differs from the plan's (undulations " + now->datum +
                               ", planned " + planned.datum + ")",
                           "the same grid files on every machine, or a new plan", ""};
   }
   return {};
+}
+
+proto::Result<void> check_state(const raster::MosaicMember& planned) {
+  raster::ask_anew(planned.path);
+  const std::string now = raster::state_of_raster(planned.path, planned.trust);
+  return now == planned.state ? proto::Result<void>() : another_state(planned, now);
 }
 
 }  // namespace cordillera::pipeline::work

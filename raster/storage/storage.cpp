@@ -15,6 +15,7 @@
 #include <cstring>
 #include <ctime>
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <string_view>
 
@@ -181,6 +182,13 @@ std::string state_of(const std::string& path) {
   const auto changed = fs::last_write_time(path, error).time_since_epoch();
   return std::to_string(bytes) + " bytes, " +
          std::to_string(std::chrono::duration_cast<std::chrono::nanoseconds>(changed).count());
+}
+
+void ask_anew(const std::string& path) {
+  if (is_remote(path))
+    VSICurlPartialClearCache(path.c_str());
+  else
+    std::ifstream(path).peek();
 }
 
 std::string told_state(const std::string& state) {

@@ -34,6 +34,9 @@ std::optional<std::uint64_t> size_of(const std::string& path);
 
 /// Size and time of last change as text, to tell whether a file is still the same; empty when it cannot be told.
 std::string state_of(const std::string& path);
+/// The next look at the file is at what is there now: GDAL remembers what object storage said, and a network's file system what
+/// it knew of a file until that is opened.
+void ask_anew(const std::string& path);
 /// A state for people: with the time as a date, "723330 bytes of 2026-11-28 09:30:12.250 UTC". Other text stays as it is.
 std::string told_state(const std::string& state);
 

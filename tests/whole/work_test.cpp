@@ -1,93 +1,13 @@
-// A build cut into tasks gives what a build in one piece gives, and a changed raster costs what it touches.
-#include <gmock/gmock.h>
-
-#include <atomic>
-#include <filesystem>
+// A build cut into tasks gives what a build in one piece gives.
 #include <fstream>
 
-#include "pipeline/build/build.h"
 #include "pipeline/faces/terrain.h"
 #include "pipeline/plan/plan.h"
-#include "pipeline/work/publish.h"
-#include "pipeline/work/shard.h"
-#include "pipeline/work/work.h"
-#include "pipeline/work/work_plan.h"
 #include "proto/version.h"
-#include "tests/whole/built.h"
-#include "tests/whole/bytes.h"
+#include "tests/whole/work_fixture.h"
 
 namespace cordillera::whole {
 namespace {
-
-namespace fs = std::filesystem;
-namespace work = pipeline::work;
-
-constexpr int kLevel = 13;
-/// Three small rasters: two that overlap, one so far away that it lies in other blocks.
-class Work : public testing::Test {
- protected:
-  Work() {
-    write_patch("west.tif", 0, 0, 160, 70);
-    write_patch("beside.tif", 110, -60, 160, 71);
-    write_patch("far.tif", 9000, 6000, 140, 72);
-    request_.raster_name = "three";
-    request_.options = plain_options();
-    request_.options.set_max_level(kLevel);
-    request_.options.set_error(6);
-    request_.options.set_feather(300);
-    request_.options.set_water(kSea_m);
-    examine({"west.tif", "beside.tif", "far.tif"});
-  }
-  void write_patch(const std::string& name, int east, int north, int side, std::uint32_t seed) {
-    write(points_of({kLevel, 9008 * kTile + east, 6000 * kTile + north}, side, side, rough_with_sea(seed)), folder_.path(name));
-  }
-  void examine(const std::vector<std::string>& names) {
-    request_.members.clear();
-    for (const std::string& name : names) {
-      auto member = raster::examine(folder_.path(name), name, raster::Trust::operator_file, request_.options);
-      ASSERT_TRUE(member.ok()) << member.problem().line();
-      request_.members.push_back(*member);
-    }
-  }
-  Bytes in_one_piece(const std::string& name) {
-    request_.store_path = folder_.path(name);
-    const auto built = pipeline::build(request_, nullptr, never_);
-    EXPECT_TRUE(built.ok()) << built.problem().line();
-    return published(request_.store_path);
-  }
-  proto::WorkPlan plan() {
-    auto plan = work::plan_work(request_, never_);
-    EXPECT_TRUE(plan.ok()) << plan.problem().line();
-    EXPECT_TRUE(work::write_plan(*plan, shards_).ok());
-    auto read = work::read_plan(shards_);  // as a worker elsewhere has it
-    EXPECT_TRUE(read.ok()) << read.problem().line();
-    return *read;
-  }
-  proto::Result<void> stage(const proto::WorkPlan& plan, int number, std::size_t part = 0, std::size_t parts = 1) {
-    const proto::WorkStage& stage = plan.stages(number);
-    return work::do_tasks(
-        plan, stage, work::part_of(stage, part, parts), {shards_, devices_, 2},
-        [this](const proto::WorkTask&, work::TaskOutcome outcome) { ++(outcome == work::TaskOutcome::done ? done_ : found_); },
-        never_);
-  }
-  void all_stages(const proto::WorkPlan& plan) {
-    for (int s = 0; s < plan.stages_size(); ++s) {
-      const auto done = stage(plan, s);
-      EXPECT_TRUE(done.ok()) << done.problem().line();
-    }
-  }
-  proto::Result<proto::Manifest> publish(const proto::WorkPlan& plan, const std::string& name, bool stopped = false) {
-    const std::atomic<bool> stop{stopped};
-    return work::publish(plan, shards_, folder_.path(name), stop);
-  }
-
-  Folder folder_;
-  std::string shards_ = folder_.path("plan");
-  pipeline::BuildRequest request_;
-  const std::atomic<bool> never_ = false;
-  std::vector<std::string> devices_{"cpu"};
-  int done_ = 0, found_ = 0;
-};
 
 TEST_F(Work, of_several_devices_gives_the_same_and_does_nothing_twice) {
   const Bytes whole = in_one_piece("whole.sqlite");
@@ -191,28 +111,6 @@ TEST_F(Work, a_merge_costs_by_the_blocks_below_it) {
   EXPECT_NE(merges.begin()->cost(), merges.rbegin()->cost()) << "one has more below it than another";
 }
 
-TEST_F(Work, a_changed_raster_costs_what_it_touches) {
-  const proto::WorkPlan before = plan();
-  all_stages(before);
-  const int blocks = before.stages(0).tasks_size(), tasks = done_;
-  write_patch("far.tif", 9000, 6000, 140, 99);
-  examine({"west.tif", "beside.tif", "far.tif"});
-  const proto::WorkPlan after = plan();
-  done_ = found_ = 0;
-  all_stages(after);
-  EXPECT_GT(found_, 0);
-  EXPECT_LT(done_, tasks);
-  int same = 0;
-  for (int k = 0; k < blocks; ++k) same += before.stages(0).tasks(k).key() == after.stages(0).tasks(k).key() ? 1 : 0;
-  EXPECT_GT(same, 0);
-  EXPECT_LT(same, blocks);
-  ASSERT_TRUE(publish(after, "patched.sqlite").ok());
-  expect_same(in_one_piece("scratch.sqlite"), published(folder_.path("patched.sqlite")));
-  // The results that are now nobody's go, and only those.
-  EXPECT_EQ(work::prune(after, shards_).value(), static_cast<std::size_t>(done_));
-  EXPECT_TRUE(publish(after, "again.sqlite").ok());
-}
-
 TEST_F(Work, a_merge_before_its_blocks_may_be_tried_again) {
   const auto early = stage(plan(), 1);
   ASSERT_FALSE(early.ok());
@@ -266,26 +164,6 @@ TEST_F(Work, what_is_missing_or_damaged_is_named_and_nothing_is_published) {
   EXPECT_EQ(refused.problem().type, "store-write");
   EXPECT_TRUE(work::worth_retrying(refused.problem()));
   EXPECT_TRUE(work::worth_retrying({"export-write", "", "", ""}));
-}
-
-TEST_F(Work, a_raster_that_changed_since_the_plan_is_refused) {
-  const proto::WorkPlan plan = this->plan();
-  write_patch("far.tif", 9000, 6000, 140, 5);
-  const auto refused = stage(plan, 0);
-  ASSERT_FALSE(refused.ok());
-  EXPECT_EQ(refused.problem().type, "source-changed");
-  EXPECT_FALSE(work::worth_retrying(refused.problem()));
-}
-
-/// A VRT's raster, a mask, a world file: what a reader may take for a part of it.
-TEST_F(Work, a_file_beside_a_raster_that_changed_since_the_plan_is_refused) {
-  const proto::WorkPlan before = plan();
-  std::ofstream(folder_.path("far.prj")) << "another";
-  const auto refused = stage(before, 0);
-  ASSERT_FALSE(refused.ok());
-  EXPECT_EQ(refused.problem().type, "source-changed");
-  examine({"west.tif", "beside.tif", "far.tif"});
-  EXPECT_EQ(plan().stages(0).tasks_size(), before.stages(0).tasks_size());
 }
 
 TEST_F(Work, a_plan_of_another_version_is_refused) {
