@@ -8,7 +8,6 @@
 #include "server/cli/export_command.h"
 #include "server/cli/path_kind.h"
 #include "server/cli/simplify_command.h"
-#include "server/cli/token_command.h"
 #include "server/cli/work_line.h"
 #include "server/client/client_line.h"
 #include "server/command_line.h"
@@ -240,14 +239,19 @@ void add_export(CommandLine& commands) {
 void add_work(CommandLine& commands) {
   struct Line {
     WorkWords words;
-    Reading plan;
+    Reading plan, work;
   };
   const auto line = std::make_shared<Line>();
   line->words.add_to(commands.app());
   add_options(*line->words.plan(), build_options(), line->plan);
+  std::vector<OptionSpec> of_work = build_options();  // what else shapes a build stands in the plan
+  std::erase_if(of_work, [](const OptionSpec& option) { return option.name != "memory"; });
+  add_table(*line->words.work(), of_work, line->work.given);
   for (CLI::App* command : line->words.commands()) {
-    commands.know(command, [line] {
+    commands.know(command, [line, of_work] {
       if (const auto code = line->words.run()) return *code;
+      if (*line->words.work())
+        return with_settings(of_work, line->work, [&](const Settings& settings) { return line->words.run_work(settings); });
       return with_settings(build_options(), line->plan, [&](const Settings& settings) { return line->words.run_plan(settings); });
     });
   }

@@ -1,9 +1,7 @@
 #include "pipeline/exports/whole_file.h"
 
-#include <signal.h>
 #include <unistd.h>
 
-#include <cerrno>
 #include <optional>
 #include <vector>
 
@@ -11,6 +9,7 @@
 #include "proto/numbers.h"
 #include "proto/paths.h"
 #include "raster/disk/descriptor.h"
+#include "raster/disk/is_alive.h"
 
 namespace cordillera::pipeline::exports {
 namespace {
@@ -32,8 +31,6 @@ Stream opened_stream(const fs::path& path, std::ios::openmode mode) {
   stream.exceptions(std::ios::badbit | std::ios::failbit);  // throws where it could not be opened
   return stream;
 }
-
-bool is_alive(pid_t process) { return kill(process, 0) == 0 || errno == EPERM; }
 
 /// The process of a name; none where the name is another one.
 std::optional<pid_t> process_of(std::string_view name, std::string_view before, std::string_view end) {
@@ -83,7 +80,7 @@ void remove_left_behind(const fs::path& folder, const std::string& before, std::
   for (const auto& entry : fs::directory_iterator(folder.empty() ? "." : folder, error)) {
     for (const char* const end : ends) {
       const auto process = process_of(entry.path().filename().string(), before, end);
-      if (process && !is_alive(*process) && !entry.is_symlink(error)) left.push_back(entry.path());
+      if (process && !raster::is_alive(*process) && !entry.is_symlink(error)) left.push_back(entry.path());
     }
   }
   for (const fs::path& path : left) fs::remove_all(path, error);

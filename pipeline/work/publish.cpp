@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t kMostNamed = 5;  // in a message
 
 proto::Result<void> all_there(const proto::WorkPlan& plan, const std::string& folder) {
-  const auto there = shards_there(folder);
+  const auto there = shards_there(folder, Shards::done);
   if (!there) return there.problem();
   std::size_t missing = 0;
   std::string named;
@@ -57,7 +57,7 @@ proto::Result<proto::Manifest> collect(const proto::WorkPlan& plan, const std::s
 }  // namespace
 
 proto::Result<std::vector<Progress>> progress_of(const proto::WorkPlan& plan, const std::string& folder) {
-  const auto there = shards_there(folder);
+  const auto there = shards_there(folder, Shards::done);
   if (!there) return there.problem();
   std::vector<Progress> stages;
   for (const proto::WorkStage& stage : plan.stages()) {
@@ -101,7 +101,7 @@ proto::Result<std::size_t> prune(const proto::WorkPlan& plan, const std::string&
     for (const proto::WorkTask& task : stage.tasks()) wanted.insert(shard_path(folder, task.key()));
   }
   std::size_t removed = 0;
-  const auto there = shards_there(folder);
+  const auto there = shards_there(folder, Shards::all);
   if (!there) return there.problem();
   for (const std::string& path : *there) {
     if (!wanted.contains(path) && raster::remove_file(path)) ++removed;

@@ -134,7 +134,7 @@ proto::Result<std::optional<std::string>> read_shard_mesh(const std::string& fol
   return mesh;
 }
 
-proto::Result<std::set<std::string>> shards_there(const std::string& folder) {
+proto::Result<std::set<std::string>> shards_there(const std::string& folder, Shards which) {
   std::set<std::string> paths;
   const std::string shards = folder + "/shards/";
   const auto groups = raster::names_in(folder + "/shards");
@@ -143,7 +143,8 @@ proto::Result<std::set<std::string>> shards_there(const std::string& folder) {
     const auto names = raster::names_in(shards + group);
     if (!names) return names.problem();
     for (const std::string& name : *names) {
-      if (name.ends_with(".shard")) paths.insert(shards + group + "/" + name);
+      const std::string path = shards + group + "/" + name;
+      if (name.ends_with(".shard") && (which == Shards::all || raster::size_of(path).value_or(0) >= kHead)) paths.insert(path);
     }
   }
   return paths;

@@ -34,8 +34,8 @@ class Worker {
         request_(request_of(plan)),
         workers_(threads_of(order, device)),
         builder_(
-            plan.plan(), workers_, [this, blocks = &stage == &plan.stages(0)] { return open(blocks); }, {order.devices[device]},
-            stop) {
+            plan.plan(), workers_, [this, blocks = &stage == &plan.stages(0)] { return open(blocks); },
+            {order.devices[device], order.memory_mib / static_cast<std::uint32_t>(order.devices.size())}, stop) {
     // Keys of the stage below, which hold the meshes to be merged.
     for (int k = 1; k < plan.stages_size(); ++k) {
       if (&plan.stages(k) != &stage) continue;

@@ -16,7 +16,7 @@ struct WorkOrder {
   std::string folder;                ///< of the plan; shards go below it
   std::vector<std::string> devices;  ///< auto, cpu, cuda, cuda:N; each is one worker's, who takes the dearest task that is left
   unsigned threads = 0;              ///< of all workers together; 0: one for each usable core
-  std::uint32_t memory_mib = 0;      ///< what a worker fits its blocks and regions into; 0: as much as there is
+  std::uint32_t memory_mib = 0;      ///< what all workers together fit blocks and regions into; 0: as much as there is
   std::size_t begin = 0;             ///< which of the tasks comes first, by any number: those before it come last
 };
 

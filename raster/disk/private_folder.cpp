@@ -1,18 +1,54 @@
 #include "raster/disk/private_folder.h"
 
+#include <unistd.h>
+
 #include <cstdlib>
 #include <filesystem>
 #include <system_error>
+#include <vector>
 
 #include "proto/letters.h"
+#include "proto/numbers.h"
+#include "raster/disk/is_alive.h"
 
 namespace cordillera::raster {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+/// How the names of this machine's begin; a process and six letters follow. Several machines may have one temporary folder.
+std::string begin_of_names() {
+  char host[128] = "";
+  gethostname(host, sizeof host - 1);
+  return std::string("cordillera-of-") + host + "-";
+}
+
+/// The process of a name that follows its begin.
+std::optional<pid_t> process_of(std::string_view rest) {
+  const std::size_t dash = rest.find('-');
+  if (dash == rest.npos || rest.size() != dash + 1 + 6) return std::nullopt;
+  const auto process = proto::number<pid_t>(rest.substr(0, dash));
+  return process && *process > 0 ? process : std::nullopt;
+}
+
+}  // namespace
+
+void remove_left_folders() {
+  std::error_code error;
+  const std::string begin = begin_of_names();
+  std::vector<fs::path> left;
+  for (const auto& entry : fs::directory_iterator(fs::temp_directory_path(error), error)) {
+    const std::string name = entry.path().filename().string();
+    const auto process = name.starts_with(begin) ? process_of(std::string_view(name).substr(begin.size())) : std::nullopt;
+    if (process && !is_alive(*process) && !entry.is_symlink(error)) left.push_back(entry.path());
+  }
+  for (const fs::path& path : left) fs::remove_all(path, error);
+}
+
 PrivateFolder::PrivateFolder() {
   std::error_code error;
-  std::string folder = (fs::temp_directory_path(error) / "cordillera-XXXXXX").string();
+  std::string folder = (fs::temp_directory_path(error) / (begin_of_names() + std::to_string(getpid()) + "-XXXXXX")).string();
   if (!error && mkdtemp(folder.data()) != nullptr) path_ = folder;
 }
 

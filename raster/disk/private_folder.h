@@ -23,4 +23,7 @@ class PrivateFolder {
   std::string path_;
 };
 
+/// Removes those of processes of this machine that are gone, such as killed ones. For commands, at their start.
+void remove_left_folders();
+
 }  // namespace cordillera::raster

@@ -1,3 +1,7 @@
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <utility>
@@ -80,6 +84,9 @@ proto::Result<void> sniff(const std::string& path, const std::string& name, Trus
     if (begins(path, "/vsi")) return {};
     return proto::Problem{"raster-not-found", name + " does not exist or is not a file", accepted_formats(""), ""};
   }
+  if (access(path.c_str(), R_OK) != 0)
+    return proto::Problem{"raster-empty", name + " cannot be read: " + std::strerror(errno), "a file that this user may read",
+                          ""};
   const std::string head = head_of(path);
   if (head.empty()) return proto::Problem{"raster-empty", name + " is empty or cannot be read", accepted_formats(""), ""};
   const FileKind kind = kind_of(head);

@@ -217,6 +217,8 @@ std::string told_state(const std::string& state) {
 proto::Result<std::vector<std::string>> names_in(const std::string& folder) {
   const GdalScope scope(Trust::operator_file);
   if (is_remote(folder)) VSICurlPartialClearCache(folder.c_str());
+  if (!is_remote(folder) && access(folder.c_str(), R_OK | X_OK) != 0 && errno != ENOENT)
+    return read_problem(folder, std::strerror(errno));
   const CPLStringList read(VSIReadDir(folder.c_str()));
   if (is_remote(folder) && scope.failed()) return read_problem(folder, scope.message("", ""));
   std::vector<std::string> names;

@@ -40,7 +40,8 @@ void ask_anew(const std::string& path);
 /// A state for people: with the time as a date, "723330 bytes of 2026-11-28 09:30:12.250 UTC". Other text stays as it is.
 std::string told_state(const std::string& state);
 
-/// Names in a folder, sorted; empty when there is none. "storage-read" where the storage does not answer.
+/// Names in a folder, sorted; empty when there is none. "storage-read" where the storage does not answer, or the
+/// folder may not be read.
 proto::Result<std::vector<std::string>> names_in(const std::string& folder);
 /// False when that fails.
 bool remove_file(const std::string& path);

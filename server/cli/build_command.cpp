@@ -16,6 +16,7 @@
 #include "pipeline/faces/tiles_3d/photo_texture.h"
 #include "pipeline/faces/web_mercator.h"
 #include "raster/disk/file_lock.h"
+#include "raster/disk/private_folder.h"
 #include "raster/place/area.h"
 #include "raster/source.h"
 #include "server/api/estimate_json.h"
@@ -49,7 +50,7 @@ proto::Result<pipeline::BuildRequest> request_for(const Settings& settings, cons
 proto::Result<proto::Manifest> build_store(const pipeline::BuildRequest& request, Verbosity words, StageTimes& times) {
   on_out_of_memory(STDERR_FILENO,
                    "\ncordillera: " + out_of_memory(request.options, request.raster_name).line() + "; what was built is kept\n");
-  stop_on({SIGINT, SIGTERM}, SecondTime::ends);
+  stop_on({SIGINT, SIGTERM, SIGHUP}, SecondTime::ends);
   ProgressBar bar(words == Verbosity::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none);
   const auto show = [&](const proto::Progress& progress) {
     times.enter(progress.stage());
@@ -207,6 +208,7 @@ int build_command(const Settings& settings, const BuildLine& line) {
     const int code = fail(look.problem());
     return look.problem().type == "usage" ? kUsage : code;
   }
+  raster::remove_left_folders();
   auto asked = request_for(settings, line);
   if (!asked) return fail(asked.problem());
   pipeline::BuildRequest request = std::move(*asked);

@@ -90,6 +90,15 @@ int vacuum_command(const std::string& data, Orphans orphans);
 int backup_command(const std::string& data, const std::string& output);
 int restore_command(const std::string& from, const std::string& data);
 
+struct TokenWords {
+  std::string action;  ///< new
+  std::string name;
+  std::string role;
+  std::string file;  ///< where the line is added; empty: it is printed
+};
+/// cordillera token.
+int token_command(const TokenWords& words);
+
 /// One line to stderr.
 void complain(const proto::Problem& problem);
 /// The same, and the exit code for it: of what failed, of what was typed.

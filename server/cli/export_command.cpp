@@ -197,7 +197,7 @@ proto::Result<std::string> export_file(const ExportLine& line) {
 }
 
 int export_command(const ExportLine& line) {
-  stop_on({SIGINT, SIGTERM}, SecondTime::ends);
+  stop_on({SIGINT, SIGTERM, SIGHUP}, SecondTime::ends);
   const auto said = export_file(line);
   if (said) {
     if (line.words == Verbosity::all) std::cout << *said << "\n";

@@ -1,4 +1,4 @@
-#include "server/cli/token_command.h"
+#include "server/cli/commands.h"
 
 #include <fcntl.h>
 #include <string.h>
@@ -9,7 +9,6 @@
 #include "raster/disk/descriptor.h"
 #include "raster/disk/write_all.h"
 #include "server/access/tokens.h"
-#include "server/cli/commands.h"
 
 namespace cordillera::server {
 namespace {

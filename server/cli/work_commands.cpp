@@ -5,21 +5,17 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
 #include <iostream>
-#include <memory>
 
 #include "gpu/simplify.h"
-#include "pipeline/exports/export.h"
-#include "pipeline/faces/tiles_3d/photo_texture.h"
 #include "pipeline/work/publish.h"
+#include "pipeline/work/stage_memory.h"
 #include "pipeline/work/work.h"
 #include "pipeline/work/work_plan.h"
 #include "proto/utf8.h"
-#include "raster/disk/file_lock.h"
 #include "raster/disk/private_folder.h"
 #include "raster/storage/storage.h"
-#include "server/cli/export_command.h"
-#include "server/cli/path_kind.h"
 #include "server/http/json.h"
 #include "server/options/option_values.h"
 #include "server/sandbox/asked_to_stop.h"
@@ -30,15 +26,6 @@ namespace {
 namespace fs = std::filesystem;
 namespace work = pipeline::work;
 using proto::Problem;
-
-/// Says whether it may go better later.
-int give_up(const Problem& problem) {
-  complain(problem);
-  return work::worth_retrying(problem) ? kTryAgain : kFailed;
-}
-
-/// Of a problem that the words of the command line may have.
-int wrong_line(const Problem& problem) { return problem.type == "usage" ? wrong_usage(problem) : give_up(problem); }
 
 /// The number that a scheduler gives to a task of an array of so many; empty where no scheduler says it and they are several.
 std::string array_number(std::uint32_t parts) {
@@ -85,7 +72,10 @@ class TaskCounter {
     ++done_;
     if (words_ == Verbosity::none) return;
     std::cerr << done_ << "/" << all_ << " " << task.level() << "/" << task.x() << "/" << task.y()
-              << (outcome == work::TaskOutcome::done ? "" : " was there") << "\n";
+              << (outcome == work::TaskOutcome::done       ? ""
+                  : outcome == work::TaskOutcome::was_done ? " was there"
+                                                           : " failed")
+              << "\n";
   }
 
  private:
@@ -109,13 +99,22 @@ proto::Result<std::vector<std::string>> devices_of(const std::string& asked) {
   return devices;
 }
 
-proto::Result<void> do_stage(const proto::WorkPlan& plan, int number, const WorkLine& line) {
+/// Where a worker begins, so that several with the same line do not do the same tasks side by side: each finds what others did.
+std::size_t own_begin() {
+  char host[128] = "";
+  gethostname(host, sizeof host - 1);
+  return std::hash<std::string>()(host + std::to_string(getpid()));
+}
+
+/// memory_mib: of the line; 0: what the plan was made with.
+proto::Result<void> do_stage(const proto::WorkPlan& plan, int number, const WorkLine& line, std::uint32_t memory_mib) {
   const proto::WorkStage& stage = plan.stages(number);
   const auto tasks = tasks_of(line, stage);
   if (!tasks) return tasks.problem();
   const auto devices = devices_of(line.device);
   if (!devices) return devices.problem();
-  work::WorkOrder order{line.folder, *devices, 0};
+  work::WorkOrder order{line.folder, *devices, 0, memory_mib > 0 ? memory_mib : plan.options().memory(),
+                        line.part.empty() ? own_begin() : 0};
   if (!line.threads.empty()) {
     if (const auto wrong = read_whole(line.threads, {0, 1024}, &order.threads))
       return wrong_value("--threads", line.threads, *wrong, "0 to 1024");
@@ -127,9 +126,6 @@ proto::Result<void> do_stage(const proto::WorkPlan& plan, int number, const Work
   if (done || done.problem().type != pipeline::kCancelled.type) return done;
   return Problem{"cancelled", "the work was stopped; the same line goes on with the tasks that are not done", "", ""};
 }
-
-/// "1 task", "2 tasks".
-std::string counted(std::size_t count, const char* what) { return std::to_string(count) + " " + what + (count == 1 ? "" : "s"); }
 
 int say(const proto::WorkPlan& plan, const std::string& folder) {
   const auto stages = work::progress_of(plan, folder);
@@ -162,81 +158,6 @@ void find_from_anywhere(pipeline::BuildRequest& request) {
   }
 }
 
-/// What the output's name says is written.
-enum class Written : std::uint8_t { folder, dataset, exported };
-Written written_as(const std::string& output) {
-  if (output.ends_with(".sqlite")) return Written::dataset;
-  return is_export_name(output) ? Written::exported : Written::folder;
-}
-
-ExportLine export_line(const PublishLine& line) {
-  ExportLine told;
-  told.output = line.output;
-  told.format = line.only_format;
-  told.look = line.look;
-  told.other = line.other;
-  return told;
-}
-
-/// What can be said of the line before its plan is read.
-proto::Result<void> check_publish(const PublishLine& line) {
-  const Written written = written_as(line.output);
-  if (line.output.empty())
-    return Problem{"usage", "publish needs to know where to write",
-                   "-o FOLDER, -o FILE.sqlite, or a name that export writes, such as -o FILE.pmtiles", "--output"};
-  if (raster::is_remote(line.output) && written != Written::dataset)
-    return Problem{"usage", "in object storage a dataset is one object", "a name that ends in .sqlite: /vsis3/BUCKET/NAME.sqlite",
-                   "--output"};
-  if (written == Written::exported) return check_export(export_line(line));
-  if (written == Written::folder)
-    return means_another_file(line.output) ? no_such_file("publish", line.output) : check_look(line.look, line.formats);
-  if (const char* const given = line.look.given())
-    return Problem{"usage", std::string(given) + " is for a folder: a file of a dataset gives any", "-o FOLDER", given};
-  return {};
-}
-
-/// The folder that the output lies in: of a folder it is made, as build makes it; of a file it must be there, as for export.
-proto::Result<void> prepare_parent(const PublishLine& line, const fs::path& place) {
-  const std::string parent = place.parent_path().string();
-  std::error_code error, missing;
-  if (written_as(line.output) == Written::folder) fs::create_directories(parent, error);
-  if (!error && fs::is_directory(parent, missing)) return {};
-  const std::string why = error ? "cannot create " + parent + ": " + error.message() : "there is no folder " + parent;
-  return Problem{"output-failed", place.string() + " cannot be written: " + why, "a place in a folder that can be written",
-                 "--output"};
-}
-
-/// What is in the output's place may stay, or be replaced.
-proto::Result<void> check_place(const PublishLine& line, const fs::path& place) {
-  const bool remote = raster::is_remote(line.output);
-  std::error_code error;
-  if (written_as(line.output) == Written::folder) return pipeline::check_export_folder(place.string(), line.other);
-  const bool there = remote ? raster::size_of(line.output).has_value() : fs::exists(place, error);
-  if (there && line.other == pipeline::Existing::refuse) return pipeline::output_exists(line.output + " is there already");
-  return {};
-}
-
-/// A folder, an archive or a mesh of a store that is removed then.
-proto::Result<void> export_from(const std::string& store, const PublishLine& line, const pipeline::faces::Look& look,
-                                const fs::path& place) {
-  const auto exported = [&]() -> proto::Result<void> {
-    if (written_as(line.output) == Written::exported) {
-      ExportLine told = export_line(line);
-      told.source = store;
-      const auto said = export_file(told);
-      return said ? proto::Result<void>() : said.problem();
-    }
-    auto reader = pipeline::StoreReader::open(store);
-    if (!reader) return reader.problem();
-    const pipeline::faces::Terrain terrain(std::move(reader).value(), look, &g_asked_to_stop);
-    if (auto shown = pipeline::faces::check_photo(terrain); !shown) return shown;
-    return pipeline::export_static(terrain, line.formats, place.string(), line.other, 0);
-  }();
-  std::error_code error;
-  fs::remove(store, error);
-  return exported;
-}
-
 /// A plan takes the place of an earlier one, whose results stay; in another folder it would be lost among what is there.
 proto::Result<void> check_plan_folder(const std::string& folder) {
   std::error_code error;
@@ -257,6 +178,13 @@ std::string name_of_plan(const std::vector<raster::MosaicMember>& members, const
 
 }  // namespace
 
+int give_up(const Problem& problem) {
+  complain(problem);
+  return work::worth_retrying(problem) ? kTryAgain : kFailed;
+}
+
+std::string counted(std::size_t count, const char* what) { return std::to_string(count) + " " + what + (count == 1 ? "" : "s"); }
+
 int plan_command(const Settings& settings, const PlanLine& line) {
   if (line.folder.empty() && !settings.dry_run)
     return wrong_usage({"usage", "plan needs to know where to write", "-o FOLDER", "--output"});
@@ -268,6 +196,7 @@ int plan_command(const Settings& settings, const PlanLine& line) {
     given.block_samples = (std::int64_t{side} + 1) * (side + 1);
   }
   if (const auto usable = check_plan_folder(line.folder); !usable) return give_up(usable.problem());
+  raster::remove_left_folders();
   auto sources = examine_sources(line.sources, settings, line.bad);
   if (!sources) return give_up(sources.problem());
   for (const raster::MosaicMember& member : sources->members) {
@@ -276,7 +205,7 @@ int plan_command(const Settings& settings, const PlanLine& line) {
                     "the name of " + proto::as_utf8(member.path) + " is no UTF-8, as the text of a plan must be",
                     "a name in UTF-8", "SOURCES"});
   }
-  stop_on({SIGINT, SIGTERM},
+  stop_on({SIGINT, SIGTERM, SIGHUP},
           SecondTime::ends);  // until here nothing asks whether to stop, and an end in the middle leaves nothing
   pipeline::BuildRequest request;
   request.members = std::move(sources->members);
@@ -297,10 +226,11 @@ int plan_command(const Settings& settings, const PlanLine& line) {
   return kDone;
 }
 
-int work_command(const WorkLine& line) {
+int work_command(const Settings& settings, const WorkLine& line) {
   if (!line.task.empty() && !line.part.empty())
     return wrong_usage({"usage", "--task is one task, and --part several", "one of the two", "--part"});
-  stop_on({SIGINT, SIGTERM}, SecondTime::ends);
+  stop_on({SIGINT, SIGTERM, SIGHUP}, SecondTime::ends);
+  raster::remove_left_folders();
   const auto plan = work::read_plan(line.folder);
   if (!plan) return give_up(plan.problem());
   if (line.stage.empty()) {
@@ -311,7 +241,7 @@ int work_command(const WorkLine& line) {
                           "--stage 0 for the blocks, or a higher stage that `cordillera tasks` lists", "--stage"});
     }
     for (int s = 0; s < plan->stages_size(); ++s) {
-      if (const auto done = do_stage(*plan, s, line); !done) return give_up(done.problem());
+      if (const auto done = do_stage(*plan, s, line, settings.build.memory()); !done) return give_up(done.problem());
     }
     return kDone;
   }
@@ -320,7 +250,7 @@ int work_command(const WorkLine& line) {
   if (const auto wrong = read_whole(line.stage, {0, last}, &stage)) {
     return wrong_usage({"usage", "--stage='" + line.stage + "': " + *wrong, "0 to " + std::to_string(last), "--stage"});
   }
-  const auto done = do_stage(*plan, static_cast<int>(stage), line);
+  const auto done = do_stage(*plan, static_cast<int>(stage), line, settings.build.memory());
   if (done) return kDone;
   return done.problem().type == "option-invalid" ? wrong_usage(done.problem()) : give_up(done.problem());
 }
@@ -335,49 +265,13 @@ int tasks_command(const std::string& folder, Show show) {
   for (std::size_t s = 0; s < stages->size(); ++s) {
     double cost = 0;
     for (const proto::WorkTask& task : plan->stages(static_cast<int>(s)).tasks()) cost += work::cost_of(task);
-    json.push_back({{"stage", s}, {"tasks", (*stages)[s].all}, {"done", (*stages)[s].done}, {"cost", cost}});
+    json.push_back({{"stage", s},
+                    {"tasks", (*stages)[s].all},
+                    {"done", (*stages)[s].done},
+                    {"cost", cost},
+                    {"memory_mib", work::memory_mib_of(*plan, s)}});
   }
   std::cout << dump(plain_numbers(json)) << "\n";
-  return kDone;
-}
-
-int publish_command(const PublishLine& line) {
-  if (const auto possible = check_publish(line); !possible) return wrong_line(possible.problem());
-  const auto look = look_of(line.look);
-  if (!look) return wrong_line(look.problem());
-  const auto plan = work::read_plan(line.folder);
-  if (!plan) return give_up(plan.problem());
-  const bool remote = raster::is_remote(line.output);
-  // Put together here before it is sent on: an object cannot be changed in its middle.
-  const std::unique_ptr<raster::PrivateFolder> elsewhere = remote ? std::make_unique<raster::PrivateFolder>() : nullptr;
-  if (remote && !elsewhere->made()) {
-    return give_up({"storage-write", "no folder can be made in " + fs::temp_directory_path().string(),
-                    "a TMPDIR with room for the dataset", ""});
-  }
-  fs::path place = fs::absolute(remote ? elsewhere->place("dataset.sqlite") : line.output).lexically_normal();
-  if (!place.has_filename()) place = place.parent_path();
-  if (const auto prepared = prepare_parent(line, place); !prepared) return give_up(prepared.problem());
-  const raster::FileLock lock(place.string() + ".publishing.lock");
-  if (lock.others()) return give_up(at_work_there(place.string()));
-  if (const auto usable = check_place(line, place); !usable) return give_up(usable.problem());
-  const bool whole = written_as(line.output) == Written::dataset;
-  const std::string store = whole ? place.string() : place.string() + ".publishing.sqlite";
-  stop_on({SIGINT, SIGTERM}, SecondTime::ends);
-  const auto manifest = work::publish(*plan, line.folder, store, g_asked_to_stop);
-  if (!manifest) return give_up(manifest.problem());
-  if (!whole) {
-    if (const auto exported = export_from(store, line, *look, place); !exported) return give_up(exported.problem());
-  }
-  if (remote) {
-    if (const auto sent = raster::upload_file(store, line.output); !sent) return give_up(sent.problem());
-  }
-  if (line.words == Verbosity::all)
-    std::cout << manifest_table(*manifest) << "written to " << (remote ? line.output : place.string()) << "\n";
-  if (line.prune) {
-    const auto removed = work::prune(*plan, line.folder);
-    if (!removed) return give_up(removed.problem());
-    if (line.words == Verbosity::all) std::cout << counted(*removed, "shard") << " of other plans removed\n";
-  }
   return kDone;
 }
 

@@ -26,7 +26,8 @@ struct WorkLine {
   std::string threads;
   Verbosity words = Verbosity::all;
 };
-int work_command(const WorkLine& line);
+/// settings: memory, of this line or the environment.
+int work_command(const Settings& settings, const WorkLine& line);
 
 struct PublishLine {
   std::string folder;
@@ -42,5 +43,10 @@ int publish_command(const PublishLine& line);
 
 /// How far each stage is; --json for programs.
 int tasks_command(const std::string& folder, Show show);
+
+/// Complains; the exit code says whether it may go better later.
+int give_up(const proto::Problem& problem);
+/// "1 task", "2 tasks".
+std::string counted(std::size_t count, const char* what);
 
 }  // namespace cordillera::server

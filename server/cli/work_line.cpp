@@ -55,7 +55,6 @@ void WorkWords::add_to(CLI::App& app) {
 
 std::optional<int> WorkWords::run() {
   if (*tasks_) return tasks_command(tasks_folder_, tasks_show_);
-  if (*work_) return work_command(work_line_);
   if (!*publish_) return std::nullopt;
   auto chosen = formats_of(formats_);
   if (!chosen) return wrong_usage(chosen.problem());

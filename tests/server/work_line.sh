@@ -1,0 +1,87 @@
+#!/usr/bin/env bash
+# What plan, tasks and work do with memory, bad rasters, what is left behind and what may not be read: tests/server/work_line.sh BUILD
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+program=$(cd "${1:?usage: tests/server/work_line.sh BUILD}" && pwd)/bin/cordillera
+. "$here/../processes.sh"
+cd "$work"
+fail() { echo "FAILED: $*" >&2; cat said >&2; exit 1; }
+says() { # code, words that are to be said, command
+  local code=0 wanted=$1 words=$2
+  shift 2
+  "$program" "$@" > said 2>&1 || code=$?
+  [[ $code == "$wanted" ]] || fail "$* ends with $code, not $wanted"
+  [[ -z $words ]] || grep -q -e "$words" said || fail "$* does not say '$words'"
+}
+options=(--max-level 13 --error 4 --vertical-datum ellipsoid -q)
+python3 "$here/../slurm/make_rasters.py" dem 12
+says 0 '' plan dem -o plan "${options[@]}"
+
+# Memory: of the line, of the environment, of the plan. A stage says what it takes.
+says 2 'less than 96' work plan --memory 5
+CORDILLERA_MEMORY=5 says 2 'CORDILLERA_MEMORY.*less than 96' work plan
+CORDILLERA_ERROR=nonsense says 0 '' work plan --memory 500 -q
+says 0 '"memory_mib": *1024' tasks plan --json
+says 0 '' plan dem -o small "${options[@]}" --memory 300
+grep -q '"memory": *300' small/plan.json || fail 'the plan does not pass its memory on'
+
+# A shard without bytes is none, and publish says so.
+shard=$(find plan/shards -name '*.shard' | head -n 1)
+: > "$shard"
+says 75 '1 task has not been done' publish plan -o out.sqlite
+says 0 '' work plan -q
+says 0 '' publish plan -o out.sqlite -q
+
+# One bad raster: the other tasks are done, each reason is named once.
+rm -r plan/shards
+mv dem/dem00.asc away.asc
+says 1 'cordillera: .*dem00.asc' work plan --stage 0
+grep -q failed said || fail 'a failed task does not say so'
+[[ -n $(find plan/shards -name '*.shard') ]] || fail 'the others were not done'
+mv away.asc dem/dem00.asc
+says 0 '' work plan -q
+
+# What others may not read is told so. root may read all.
+if [[ $(id -u) != 0 ]] || setpriv --reuid 65534 --regid 65534 --clear-groups true 2> /dev/null; then
+  as_other() { if [[ $(id -u) == 0 ]]; then setpriv --reuid 65534 --regid 65534 --clear-groups "$@"; else "$@"; fi; }
+  chmod 755 "$work"
+  chmod 000 plan/shards
+  (cd / && as_other "$program" tasks "$work/plan") > said 2>&1 && code=0 || code=$?
+  chmod 755 plan/shards
+  [[ $code == 75 ]] && grep -q 'shards cannot be read: Permission denied' said || fail "tasks ends with $code"
+  cp dem/dem01.asc closed.asc && chmod 000 closed.asc
+  (cd / && as_other "$program" info "$work/closed.asc") > said 2>&1 || true
+  (cd / && as_other "$program" plan "$work/closed.asc" --dry-run) > said 2>&1 && code=0 || code=$?
+  [[ $code == 1 ]] && grep -q 'closed.asc cannot be read: Permission denied' said || fail "plan ends with $code"
+  rm -f closed.asc
+fi
+
+# Folders of processes that are gone are removed, and no others.
+export TMPDIR=$work/temporary
+sleep 0 & gone=$!
+wait "$gone"
+left=$TMPDIR/cordillera-of-$(hostname)-$gone-abcdef own=$TMPDIR/cordillera-of-$(hostname)-$$-abcdef other=$TMPDIR/cordillera-of-elsewhere-$gone-abcdef
+mkdir -p "$left/within" "$own" "$other"
+says 0 '' work plan -q
+[[ ! -e $left ]] || fail 'the folder of a process that is gone stays'
+[[ -e $own && -e $other ]] || fail 'a folder of another process, or machine, was removed'
+rmdir "$own" "$other"
+
+# A hangup stops as a termination does, and leaves no unpacked archive.
+python3 - << 'EOF'
+import math, zipfile
+side = 1500
+rows = "\n".join(" ".join(str(int(900 + 300 * math.sin(r / 9) * math.cos(c / 7))) for c in range(side)) for r in range(side))
+head = f"ncols {side}\nnrows {side}\nxllcorner 8\nyllcorner 46\ncellsize 0.0001\n"
+with zipfile.ZipFile("large.zip", "w", zipfile.ZIP_DEFLATED, compresslevel=1) as out:
+    out.writestr("large.asc", head + rows + "\n")
+    out.writestr("large.prj", open("dem/dem00.prj", encoding="utf-8").read())
+EOF
+says 0 '' plan large.zip -o zipped --error 0.5 --vertical-datum ellipsoid -q
+start "$program" work zipped --threads 1 -q > said 2>&1
+busy=$started
+until [[ -n $(find "$TMPDIR" -mindepth 2 -name 'large.asc') ]]; do kill -0 "$busy" 2> /dev/null || fail 'work has ended'; done
+kill -HUP "$busy"
+wait "$busy" && code=0 || code=$?
+[[ $code == 75 ]] || fail "a hangup ends work with $code"
+[[ -z $(ls "$TMPDIR") ]] || fail "a hangup leaves $(ls "$TMPDIR")"
