@@ -17,7 +17,7 @@ def parser(about):
     words.add_argument("--parts", type=int, default=1000, help="most tasks of an array [1000]")
     words.add_argument("--samples", type=float, default=4e7, help="finest samples that an array task should get at least [40000000, about a minute of a core]")
     words.add_argument("--cpus", type=int, default=1, help="cores of a task [1]")
-    words.add_argument("--mem", type=int, help="memory of a task, MiB [1024, and 512 for each further core]")
+    words.add_argument("--mem", type=int, help="memory of a task, MiB [1024, and 512 for each further core]; a stage that takes more gets more")
     words.add_argument("--gpu", action="store_true", help="a GPU for each task of stage 0")
     words.add_argument("--retries", type=int, default=5, help="how often a task is done again when it says that this may help [5]")
     words.add_argument("--name", default="cordillera", help="beginning of all names [cordillera]")
@@ -28,24 +28,31 @@ def parser(about):
 
 
 def stages(given):
-    """[(number, parts)] of the stages, from below."""
+    """[(number, parts, MiB)] of the stages, from below."""
     if not shutil.which(given.program):
         sys.exit(f"{os.path.basename(sys.argv[0])}: {given.program} is not in PATH; say --program")
     tasks = subprocess.run([given.program, "tasks", given.here or given.plan, "--json"], stdout=subprocess.PIPE)
     if tasks.returncode != 0:
         sys.exit(tasks.returncode)  # the program has said why
     listed = json.loads(tasks.stdout)
-    return [(s["stage"], max(1, min(math.ceil(s["cost"] / given.samples), s["tasks"], given.parts))) for s in listed]
+    return [(s["stage"], max(1, min(math.ceil(s["cost"] / given.samples), s["tasks"], given.parts)), memory_mib(given, s["memory_mib"])) for s in listed]
 
 
-def memory_mib(given):
-    return given.mem or 512 + 512 * given.cpus
+LEAST_MIB = 1024  # of a block, and of publish
 
 
-def work(given, stage, parts):
+def memory_mib(given, least=LEAST_MIB):
+    """least: what a task takes on one core, as the program says. --mem may be less for blocks, which know to do with that."""
+    if given.mem and (given.mem > least or least <= LEAST_MIB):
+        return given.mem
+    return least + 512 * (given.cpus - 1)
+
+
+def work(given, stage, parts, memory):
     """What a task of an array is told: it finds its number in the variable that its scheduler sets."""
     device = "cuda" if given.gpu and stage == 0 else "cpu"
-    return ["work", given.plan, "--stage", str(stage), "--part", f"array/{parts}", "--threads", str(given.cpus), "--device", device, "--quiet"]
+    return ["work", given.plan, "--stage", str(stage), "--part", f"array/{parts}", "--threads", str(given.cpus),
+            "--memory", str(memory), "--device", device, "--quiet"]
 
 
 def publish(given):

@@ -28,10 +28,11 @@ def definition(given):
     }
 
 
-def job(given, name, arguments, parts, after, gpu):
+def job(given, name, arguments, parts, after, memory, gpu=False):
     request = {"jobName": name, "jobQueue": given.queue, "jobDefinition": given.name, "containerOverrides": {"command": arguments}}
+    needs = request["containerOverrides"]["resourceRequirements"] = [{"type": "MEMORY", "value": str(memory)}]
     if gpu:
-        request["containerOverrides"]["resourceRequirements"] = [{"type": "GPU", "value": "1"}]
+        needs.append({"type": "GPU", "value": "1"})
     if parts > 1:  # an array of one is refused
         request["arrayProperties"] = {"size": parts}
     if after:
@@ -43,11 +44,11 @@ def requests(given):
     """(file name, request) in the order in which they are to be sent."""
     yield "definition.json", definition(given)
     after = None
-    for stage, parts in stages.stages(given):
+    for stage, parts, memory in stages.stages(given):
         name = f"{given.name}-{stage}"
-        yield f"{stage:02}.json", job(given, name, stages.work(given, stage, parts), parts, after, given.gpu and stage == 0)
+        yield f"{stage:02}.json", job(given, name, stages.work(given, stage, parts, memory), parts, after, memory, given.gpu and stage == 0)
         after = name
-    yield "publish.json", job(given, f"{given.name}-publish", stages.publish(given), 1, after, False)
+    yield "publish.json", job(given, f"{given.name}-publish", stages.publish(given), 1, after, given.mem or stages.LEAST_MIB)
 
 
 def main():

@@ -15,8 +15,8 @@ GROUP = 990  # of cordillera in deploy/Dockerfile
 SCRATCH = "/scratch"
 
 
-def job(given, name, arguments, parts, gpu):
-    resources = {"cpu": str(given.cpus), "memory": f"{stages.memory_mib(given)}Mi"}
+def job(given, name, arguments, parts, memory, gpu=False):
+    resources = {"cpu": str(given.cpus), "memory": f"{memory}Mi"}
     limits = {"memory": resources["memory"], **({"nvidia.com/gpu": "1"} if gpu else {})}
     container = {"name": "cordillera", "image": given.image, "args": arguments, "env": stages.variables(given),
                  "resources": {"requests": resources, "limits": limits}}
@@ -60,9 +60,9 @@ def with_scratch(given, publish):
 
 
 def jobs(given):
-    for stage, parts in stages.stages(given):
-        yield job(given, f"{given.name}-{stage}", stages.work(given, stage, parts), parts, given.gpu and stage == 0)
-    yield with_scratch(given, job(given, f"{given.name}-publish", stages.publish(given), 1, False))
+    for stage, parts, memory in stages.stages(given):
+        yield job(given, f"{given.name}-{stage}", stages.work(given, stage, parts, memory), parts, memory, given.gpu and stage == 0)
+    yield with_scratch(given, job(given, f"{given.name}-publish", stages.publish(given), 1, given.mem or stages.LEAST_MIB))
 
 
 def main():

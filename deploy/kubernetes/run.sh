@@ -18,7 +18,7 @@ for name in $(sed -n 's/^    "name": "\(.*\)",$/\1/p' "$file"); do
   kubectl "$@" patch job "$name" --type merge -p '{"spec": {"suspend": false}}'
   until kubectl "$@" wait "job/$name" --for=condition=Complete --timeout=60s; do
     if kubectl "$@" get "job/$name" -o 'jsonpath={.status.conditions[?(@.type=="Failed")].status}' | grep -q True; then
-      echo "run.sh: $name has failed; kubectl logs -l job-name=$name says why" >&2
+      echo "run.sh: $name has failed; kubectl logs -l job-name=$name says why; of pods that were OOMKilled kubectl get pods -l job-name=$name does: give jobs.py more --mem" >&2
       exit 1
     fi
   done

@@ -7,7 +7,7 @@
 #   --parts N         most tasks of an array [1000; a cluster's own limit is MaxArraySize - 1]
 #   --samples N       finest samples that an array task should get at least [40000000, about a minute of a core]
 #   --cpus N          cores of a task [1]
-#   --mem MIB         memory of a task [1024, and 512 for each further core]
+#   --mem MIB         memory of a task [1024, and 512 for each further core]; a stage that takes more gets more (cordillera tasks --json)
 #   --time MINUTES    time limit of an array task [from its samples, at 100,000 a second, at least 10]
 #   --gpu             a GPU for each task of stage 0 (--gres=gpu:1, --device cuda)
 #   --retries N       how often a task is put back into the queue when it says that trying again may help [5]
@@ -19,6 +19,8 @@
 #
 # A task that fails for good leaves the others alone: they finish, the stages above are cancelled. Mend what it complains of and submit
 # the same plan again: what is done is not done twice. The log of each task is in PLAN/log; of a plan in object storage, in this folder.
+#
+# A stage that is done is left out: a shard that publish calls damaged is to be removed first. A plan whose jobs are still in the queue is refused; --again takes them back first.
 #
 # A controller that is killed may forget what was submitted in the seconds before, and hold what it finds half started. status.sh shows
 # tasks that are left without a job; the same line with --again gets them done.
@@ -47,24 +49,31 @@ program=${program:-$(command -v cordillera)} || fail "cordillera is not in PATH;
 for number in "$parts" "$samples" "$cpus" "$retries"; do
   case $number in ''|*[!0-9]*) fail "'$number' is no whole number" ;; esac
 done
-mem=${mem:-$((512 + 512 * cpus))}
-stages=$("$program" tasks "$plan" --json)  # [{"stage": 0, "tasks": 12, "done": 0, "cost": 2.0e8}, ...]
+case $mem in *[!0-9]*) fail "'$mem' is no whole number" ;; esac
+stages=$("$program" tasks "$plan" --json)  # [{"stage": 0, "tasks": 12, "done": 0, "cost": 2.0e8, "memory_mib": 1024}, ...]
 case $plan in /vsi*) logs=. ;; *) logs=$plan/log; mkdir -p "$logs" ;; esac
 
 # How jobs of this plan are told from others: numbers may be given again after a controller forgot some.
 case $plan in /*) mark="cordillera $plan" ;; *) mark="cordillera $(realpath "$plan")" ;; esac
-if [ -n "$again" ] && [ -z "$dry" ]; then
-  squeue --me --noheader --format='%i|%k' | while IFS='|' read -r job comment; do
-    if [ "$comment" = "$mark" ]; then scancel "$job"; fi
-  done
+queued() { squeue --me --noheader --format='%i|%k' | while IFS='|' read -r job comment; do [ "$comment" != "$mark" ] || echo "$job"; done; }
+if [ -z "$dry" ]; then
+  there=$(queued)
+  if [ -n "$there" ] && [ -z "$again" ]; then
+    fail "the queue has jobs of this plan ($(echo "$there" | head -n 3 | tr '\n' ' ')...): status.sh says how far they are, --again takes them back first"
+  fi
+  for job in $there; do scancel "$job"; done
+  case $plan in /vsi*) ;; *) : > "$logs/submitted" ;; esac  # status.sh leaves out older logs
 fi
 
 # Slurm starts a job that a node lost again by itself (--requeue). One that ends with 75, or by a signal, puts itself back.
-body() {  # command
+body() {  # command, MiB
   cat <<EOF
 #!/bin/sh
+echo "submit.sh: begins" >&2
 $1
 code=\$?
+echo "submit.sh: ended with \$code" >&2
+if [ \$code -eq 137 ]; then echo "cordillera: killed (137), as when there is too little memory: --mem says how much, here $2 MiB" >&2; fi
 if { [ \$code -eq 75 ] || [ \$code -gt 128 ]; } && [ "\${SLURM_RESTART_COUNT:-0}" -lt $retries ]; then
   echo "ended with \$code: trying again, time \$((\${SLURM_RESTART_COUNT:-0} + 1)) of $retries" >&2
   scontrol requeue "\$SLURM_JOB_ID" && sleep 60
@@ -74,33 +83,40 @@ EOF
 }
 quoted() { printf "'%s'" "$(printf '%s' "$1" | sed "s/'/'\\\\''/g")"; }
 
-submit() {  # name, command, further words
-  name=$1 command=$2
-  shift 2
+submit() {  # name, command, MiB, further words
+  name=$1 command=$2 memory=$3
+  shift 3
   if [ -n "$dry" ]; then
-    echo "sbatch --job-name=$name $* : $command" >&2
+    echo "sbatch --job-name=$name --mem=$memory $* : $command" >&2
     echo 0
     return
   fi
   # shellcheck disable=SC2086  # words are meant to be split
-  body "$command" | sbatch --parsable --requeue --open-mode=append --job-name="$name" --comment="$mark" --mem="$mem" --cpus-per-task="$cpus" $extra "$@"
+  body "$command" "$memory" | sbatch --parsable --requeue --open-mode=append --job-name="$name" --comment="$mark" --mem="$memory" --cpus-per-task="$cpus" $extra "$@"
 }
 
-before=
-echo "$stages" | tr -d ' \n[]' | tr '}' '\n' | sed -n 's/.*"stage":\([0-9]*\),"tasks":\([0-9]*\),"done":\([0-9]*\),"cost":\([0-9.e+]*\).*/\1 \2 \3 \4/p' > "${TMPDIR:-/tmp}/submit.$$"
+before= listed=
+echo "$stages" | tr -d ' \n[]' | tr '}' '\n' | sed -n 's/.*"stage":\([0-9]*\),"tasks":\([0-9]*\),"done":\([0-9]*\),"cost":\([0-9.e+]*\),"memory_mib":\([0-9]*\).*/\1 \2 \3 \4 \5/p' > "${TMPDIR:-/tmp}/submit.$$"
 trap 'rm -f "${TMPDIR:-/tmp}/submit.$$"' EXIT
-while read -r stage tasks _ cost; do
+while read -r stage tasks done cost least; do
+  listed=yes
+  if [ "$done" -eq "$tasks" ]; then
+    echo "stage $stage: $tasks tasks, done"
+    continue
+  fi
+  memory=$((least + 512 * (cpus - 1)))
+  if [ -n "$mem" ] && { [ "$mem" -gt "$memory" ] || [ "$least" -le 1024 ]; }; then memory=$mem; fi
   count=$(awk -v cost="$cost" -v each="$samples" -v tasks="$tasks" -v most="$parts" \
     'BEGIN { n = int(cost / each + 0.999); if (n > tasks) n = tasks; if (n > most) n = most; print n < 1 ? 1 : n }')
   limit=${minutes:-$(awk -v cost="$cost" -v n="$count" 'BEGIN { m = int(cost / n / 100000 / 60 * 3); print m < 10 ? 10 : m }')}
   device="--device cpu" gres=
   if [ -n "$gpu" ] && [ "$stage" = 0 ]; then device="--device cuda" gres=--gres=gpu:1; fi
-  job=$(submit "cordillera-$stage" "$(quoted "$program") work $(quoted "$plan") --stage $stage --part \$SLURM_ARRAY_TASK_ID/$count --threads $cpus $device" \
+  job=$(submit "cordillera-$stage" "$(quoted "$program") work $(quoted "$plan") --stage $stage --part \$SLURM_ARRAY_TASK_ID/$count --threads $cpus --memory $memory $device" "$memory" \
     --array="0-$((count - 1))" --time="$limit" --output="$logs/stage-$stage-%a.log" $gres ${before:+--dependency=afterok:$before --kill-on-invalid-dep=yes})
   echo "stage $stage: $tasks tasks in $count parts, job $job"
   before=$job
 done < "${TMPDIR:-/tmp}/submit.$$"
-[ -n "$before" ] || fail "$plan has no stages"
-job=$(submit cordillera-publish "$(quoted "$program") publish $(quoted "$plan") -o $(quoted "$output") --overwrite${formats:+ --formats $(quoted "$formats")}" \
-  --output="$logs/publish.log" --time="${minutes:-240}" --dependency=afterok:"$before" --kill-on-invalid-dep=yes)
+[ -n "$listed" ] || fail "$plan has no stages"
+job=$(submit cordillera-publish "$(quoted "$program") publish $(quoted "$plan") -o $(quoted "$output") --overwrite${formats:+ --formats $(quoted "$formats")}" "${mem:-1024}" \
+  --output="$logs/publish.log" --time="${minutes:-240}" ${before:+--dependency=afterok:$before --kill-on-invalid-dep=yes})
 echo "publish: job $job"

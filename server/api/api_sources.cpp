@@ -242,6 +242,12 @@ std::optional<Problem> refuse(const Request& request, const Dataset& dataset) {
 Response sources(Service& service, const Request& request, const Dataset& dataset, const Route& route) {
   if (request.method == "GET" || request.method == "HEAD") return listed(service, request, dataset, route);
   if (!service.ledger().holds(dataset.id)) {
+    // Of one that failed nothing was kept, whatever it was posted with.
+    if (dataset.state == State::failed) {
+      const std::string why = dataset.problem ? dataset.problem->detail : "its build failed";
+      return problem_response({"dataset-failed", "dataset " + dataset.id + " has nothing to change: " + why,
+                               "posting its rasters anew, with updates=1", ""});
+    }
     return problem_response(
         {"dataset-fixed",
          "dataset " + dataset.id + " was posted without updates=1: neither its raster nor what a change needs was kept",

@@ -14,9 +14,9 @@ namespace cordillera::server {
 namespace {
 
 /// What no folder is called by intention.
-constexpr std::string_view kFileEndings[] = {".zip",  ".gz",  ".tgz",  ".tar",     ".7z",   ".png",     ".jpg", ".jpeg", ".webp",
-                                             ".html", ".htm", ".json", ".geojson", ".gltf", ".las",     ".laz", ".db",   ".csv",
-                                             ".kml",  ".kmz", ".shp",  ".pdf",     ".b3dm", ".terrain", ".drc"};
+constexpr std::string_view kFileEndings[] = {
+    ".zip",  ".gz",  ".tgz", ".tar", ".7z",  ".png", ".jpg", ".jpeg", ".webp", ".html", ".htm",     ".json", ".geojson",
+    ".gltf", ".las", ".laz", ".db",  ".csv", ".kml", ".kmz", ".shp",  ".pdf",  ".b3dm", ".terrain", ".drc",  ".sqlite3"};
 
 }  // namespace
 

@@ -127,6 +127,7 @@ says 0 '' publish here -o twice.sqlite -q
 
 # A name says what is written, as for build.
 says 2 'publish writes no such file as out.png' publish here -o out.png
+says 2 'publish writes no such file as out.sqlite3' publish here -o out.sqlite3
 says 0 '' publish here -o out.pmtiles --formats terrain-rgb -q
 [[ $(head -c 7 out.pmtiles) == PMTiles ]] || fail 'that is no archive'
 [[ ! -e out.pmtiles.publishing.sqlite ]] || fail 'the dataset of an archive stays'

@@ -270,6 +270,18 @@ TEST_F(Updates, WhatIsWrongChangesNothing) {
   EXPECT_EQ(listed()["sources"].size(), 1u);
 }
 
+TEST_F(Updates, ADatasetThatFailedSaysWhyItCannotBeChanged) {
+  server_.start(folder_.path(), {});
+  const Said posted = ask("POST", "/v1/datasets?name=broken.tif&updates=1", "broken.tif", {{"Prefer", "wait=300"}});
+  ASSERT_EQ(posted.status, 422) << posted.bytes;
+  base_ = "/v1/datasets/" + std::string(ask("GET", "/v1/datasets").body["datasets"][0]["id"]);
+  ASSERT_EQ(ask("GET", base_).body["state"], "failed");
+  const Said said = change("POST", "/sources?name=patch.tif", "patch.tif");
+  EXPECT_EQ(said.status, 409);
+  EXPECT_EQ(slug(said), "dataset-failed");
+  EXPECT_THAT(said.bytes, HasSubstr("broken.tif"));
+}
+
 TEST_F(Updates, AnAddressIsFetchedWithinTheOperatorsList) {
   httplib::Server files;
   files.Get("/dems/patch.tif", [&](const httplib::Request&, httplib::Response& answer) {

@@ -25,6 +25,28 @@ says 0 '"memory_mib": *1024' tasks plan --json
 says 0 '' plan dem -o small "${options[@]}" --memory 300
 grep -q '"memory": *300' small/plan.json || fail 'the plan does not pass its memory on'
 
+# Schedulers are told it, stage by stage, and so is work. Stages that are done are left out.
+cat > listed << 'EOF'
+#!/bin/sh
+echo '[{"stage":0,"tasks":12,"done":DONE,"cost":2.0e8,"memory_mib":1024},{"stage":1,"tasks":1,"done":0,"cost":1.0e7,"memory_mib":2560}]'
+EOF
+sed -e 's/DONE/12/' listed > all_blocks && sed -i -e 's/DONE/3/' listed && chmod +x listed all_blocks
+submit=("$here/../../deploy/slurm/submit.sh" plan -o out --dry-run --program)
+"${submit[@]}" "$work/listed" --cpus 2 > said 2>&1
+grep -q 'cordillera-0 --mem=1536 .*--memory 1536 ' said || fail 'the memory of blocks'
+grep -q 'cordillera-1 --mem=3072 .*--memory 3072 ' said || fail 'the memory of levels above blocks'
+grep -q 'cordillera-publish --mem=1024 .*afterok' said || fail 'the memory of publish'
+"${submit[@]}" "$work/listed" --mem 600 > said 2>&1
+grep -q 'cordillera-0 --mem=600 ' said && grep -q 'cordillera-1 --mem=2560 ' said || fail '--mem takes what levels above blocks need'
+"${submit[@]}" "$work/all_blocks" > said 2>&1
+grep -q 'stage 0: 12 tasks, done' said && ! grep -q cordillera-0 said || fail 'a stage that is done is submitted'
+for kind in kubernetes aws-batch; do
+  "$here/../../deploy/$kind/jobs.py" plan -o out --image image --program "$work/listed" --cpus 2 \
+    $([[ $kind == kubernetes ]] || echo --queue queue --into requests) > said 2>&1
+  [[ $kind == kubernetes ]] || cat requests/*.json > said
+  for memory in 1536 3072 1024; do grep -q "\"$memory\(Mi\)*\"" said || fail "$kind: there is no $memory"; done
+done
+
 # A shard without bytes is none, and publish says so.
 shard=$(find plan/shards -name '*.shard' | head -n 1)
 : > "$shard"

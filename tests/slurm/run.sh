@@ -57,13 +57,24 @@ some_done() {  # name; waits until the first shards are there
 
 blocks_of() { "$program" tasks "$work/$1" --json | python3 -c 'import json, sys; print(json.load(sys.stdin)[0][sys.argv[1]])' "$2"; }  # name, tasks or done
 
+status() {  # name, words
+  "$here/../../deploy/slurm/status.sh" "$work/$1" --program "$program" > "$work/said"
+  grep -q "$2" "$work/said" || failed "$1: status.sh does not say '$2': $(cat "$work/said")"
+}
+
 case_plain() {
   plan_for plain
   blocks=$(blocks_of plain tasks)
   [ "${blocks:-0}" -ge 20 ] || failed "only ${blocks:-no} blocks"
+  ! submit_plan plain 2> "$work/said" || failed "a plan whose jobs are in the queue is queued again"
+  grep -q 'the queue has jobs of this plan' "$work/said" || failed "$(cat "$work/said")"
   wait_for_jobs 240
   same_as_one plain
-  "$here/../../deploy/slurm/status.sh" "$work/plain" --program "$program"
+  status plain 'all is done, and was published'
+  submit_plan plain > "$work/said"  # nothing is left but to publish
+  [ "$(grep -c 'tasks*, done$' "$work/said")" = "$(grep -c '^stage' "$work/said")" ] || failed "stages that are done are submitted: $(cat "$work/said")"
+  wait_for_jobs 240
+  same_as_one plain
 }
 case_task() {  # a task is killed in its middle, five times
   plan_for task
@@ -159,6 +170,8 @@ case_bad() {  # one raster cannot be read: its task says so, the others finish, 
   wait_for_jobs 300
   [ ! -e "$work/bad-out" ] || failed "a plan with a failed task was published"
   grep -q dem23.tif "$work"/bad/log/*.log || failed "no log names the raster that cannot be read"
+  status bad 'tasks are left: submit.sh'
+  status bad 'stage-0-.*dem23.tif'
   undone=$(($(blocks_of bad tasks) - $(blocks_of bad done)))
   [ $undone -ge 1 ] && [ $undone -le 4 ] || failed "$undone blocks are undone; the broken raster touches no more than 4"
   # The raster is put right. It is another file now, so the plan is made anew; what does not depend on it is there already.
@@ -168,6 +181,8 @@ case_bad() {  # one raster cannot be read: its task says so, the others finish, 
   wait_for_jobs 300
   grep -q 'was there' "$work"/bad/log/stage-0-*.log || failed "everything was done again"
   same_as_one bad
+  status bad 'all is done, and was published'
+  ! grep dem23 "$work/said" || failed "status.sh tells what was mended"
 }
 
 for name in $cases; do

@@ -3,6 +3,7 @@
 
 #include "pipeline/faces/terrain.h"
 #include "pipeline/plan/plan.h"
+#include "pipeline/work/stage_memory.h"
 #include "proto/version.h"
 #include "tests/whole/work_fixture.h"
 
@@ -109,6 +110,24 @@ TEST_F(Work, a_merge_costs_by_the_blocks_below_it) {
   }
   const auto& merges = plan.stages(1).tasks();
   EXPECT_NE(merges.begin()->cost(), merges.rbegin()->cost()) << "one has more below it than another";
+}
+
+/// docs/operate/limits.md has what was seen.
+TEST_F(Work, levels_above_blocks_take_memory_by_their_samples) {
+  proto::WorkPlan plan;
+  proto::Plan& numbers = *plan.mutable_plan();
+  numbers.set_exact(true);
+  numbers.set_finest_level(13);
+  numbers.set_block_level(11);
+  const auto above_mib = [&](int across, int up) {
+    numbers.clear_window();
+    for (const int side : {4097, 2049, 4096 + 1024 * across - 1, 2048 + 1024 * up - 1}) numbers.add_window(side);
+    return work::memory_mib_of(plan, 1);
+  };
+  EXPECT_EQ(above_mib(4, 4), 1024u) << "the least";
+  EXPECT_EQ(above_mib(32, 32), 2560u) << "a billion samples";
+  EXPECT_EQ(above_mib(32, 33), 2048u) << "region by region";
+  EXPECT_EQ(work::memory_mib_of(plan, 0), 1024u);
 }
 
 TEST_F(Work, a_merge_before_its_blocks_may_be_tried_again) {
