@@ -70,7 +70,7 @@ class Worker {
   proto::Result<void> unchanged(const raster::MosaicMember& member, proto::Result<void> (*check)(const raster::MosaicMember&)) {
     if (const auto found = changed_.find(member.path); found != changed_.end()) return found->second;
     auto same = check(member);
-    if (!same.ok() && same.problem().type == kSourceChanged) changed_.emplace(member.path, same.problem());
+    if (!same.ok() && same.problem().type == "source-changed") changed_.emplace(member.path, same.problem());
     return same;
   }
   /// A merge reads no raster.
@@ -152,7 +152,7 @@ class Failures {
   proto::Result<void> sum() const {
     if (tasks_ == 0) return {};
     if (tasks_ == 1) return first_;
-    return Problem{kTasksFailed,
+    return Problem{"tasks-failed",
                    std::to_string(tasks_) + " tasks have failed, and the others are done: " + named_ +
                        (told_.size() > kMostNamed ? "; …, " + std::to_string(told_.size()) + " reasons in all" : ""),
                    first_.accepted, first_.parameter};

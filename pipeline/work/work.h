@@ -38,8 +38,6 @@ using TaskEnded = std::function<void(const proto::WorkTask&, TaskOutcome)>;
 proto::Result<void> do_tasks(const proto::WorkPlan& plan, const proto::WorkStage& stage, const std::vector<std::size_t>& tasks,
                              const WorkOrder& order, const TaskEnded& ended, const std::atomic<bool>& stop);
 
-inline constexpr const char* kTasksFailed = "tasks-failed";
-
 /// Whether trying again later, elsewhere, may help: storage, full disks and missing stages, not bad input.
 bool worth_retrying(const proto::Problem& problem);
 

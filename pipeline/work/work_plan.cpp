@@ -260,7 +260,7 @@ proto::Problem unreadable(const std::string& path, const std::string& why) {
 }
 
 proto::Problem another_state(const raster::MosaicMember& planned, const std::string& now) {
-  return {kSourceChanged,
+  return {"source-changed",
           planned.path + " is not what it was when the plan was made (then " + raster::told_state(planned.state) + ", now " +
               (now.empty() ? "not there" : raster::told_state(now)) + ")",
           "the same files as planned, or a new plan", ""};
@@ -369,7 +369,7 @@ proto::Result<void> check_unchanged(const raster::MosaicMember& planned) {
   }
   if (now->state != planned.state) return another_state(planned, now->state);
   if (now->datum != planned.datum) {
-    return proto::Problem{kSourceChanged,
+    return proto::Problem{"source-changed",
                           "the geoid grid for " + planned.path + " differs from the plan's (undulations " + now->datum +
                               ", planned " + planned.datum + ")",
                           "the same grid files on every machine, or a new plan", ""};

@@ -48,9 +48,8 @@ proto::Result<proto::WorkPlan> read_plan(const std::string& folder);
 BuildRequest request_of(const proto::WorkPlan& plan);
 /// A raster, and its geoid, are what they were when the plan was made; "source-changed" if not.
 proto::Result<void> check_unchanged(const raster::MosaicMember& planned);
-/// The same of its state alone, which storage is asked for anew. Opens nothing.
+/// The same of its state alone, asked for anew where it may be remembered.
 proto::Result<void> check_state(const raster::MosaicMember& planned);
-inline constexpr const char* kSourceChanged = "source-changed";
 /// The rasters that one task reads.
 std::vector<raster::MosaicMember> members_of(const proto::WorkPlan& plan, const proto::WorkTask& task);
 

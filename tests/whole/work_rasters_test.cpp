@@ -118,7 +118,7 @@ TEST_F(Work, a_raster_that_is_written_to_while_it_is_read_leaves_no_shard) {
       plan, plan.stages(0), {0}, order, [](const auto&, auto) {}, never_);
   ASSERT_GE(Reading::asked, Reading::change_at) << "a task reads more than a look at the raster";
   ASSERT_FALSE(written.ok());
-  EXPECT_EQ(written.problem().type, work::kSourceChanged);
+  EXPECT_EQ(written.problem().type, "source-changed");
   EXPECT_FALSE(fs::exists(work::shard_path(shards_, plan.stages(0).tasks(0).key())));
 }
 
@@ -139,7 +139,7 @@ TEST_F(Work, one_bad_raster_leaves_tasks_without_it_alone) {
   fs::rename(folder_.path("west.tif"), folder_.path("away"));
   const auto refused = stage(plan, 0);
   ASSERT_FALSE(refused.ok());
-  EXPECT_EQ(refused.problem().type, work::kTasksFailed);
+  EXPECT_EQ(refused.problem().type, "tasks-failed");
   EXPECT_FALSE(work::worth_retrying(refused.problem()));
   EXPECT_THAT(refused.problem().detail, testing::StartsWith(std::to_string(bad) + " tasks have failed"));
   EXPECT_EQ(count_of(refused.problem().detail, "/west.tif"), 1u) << "each reason once: " << refused.problem().detail;
