@@ -28,7 +28,7 @@ for log in "$plan"/log/*.log; do
   [ -e "$log" ] || continue
   stage=$(basename "$log" | sed -n 's/^stage-\([0-9]*\)-.*/\1/p')
   if [ -n "$stage" ] && echo "$done" | grep -qx "$stage"; then continue; fi
-  if [ -e "$plan/log/submitted" ] && [ ! "$log" -nt "$plan/log/submitted" ]; then continue; fi
+  if [ -e "$plan/log/submitted" ] && [ -z "$(find "$log" -newer "$plan/log/submitted")" ]; then continue; fi
   said=$(last "$log")
   if [ -n "$said" ]; then echo "$(basename "$log"): $said"; fi
 done

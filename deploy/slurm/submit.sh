@@ -98,9 +98,9 @@ submit() {  # name, command, MiB, further words
 before= listed=
 echo "$stages" | tr -d ' \n[]' | tr '}' '\n' | sed -n 's/.*"stage":\([0-9]*\),"tasks":\([0-9]*\),"done":\([0-9]*\),"cost":\([0-9.e+]*\),"memory_mib":\([0-9]*\).*/\1 \2 \3 \4 \5/p' > "${TMPDIR:-/tmp}/submit.$$"
 trap 'rm -f "${TMPDIR:-/tmp}/submit.$$"' EXIT
-while read -r stage tasks done cost least; do
+while read -r stage tasks ended cost least; do
   listed=yes
-  if [ "$done" -eq "$tasks" ]; then
+  if [ "$ended" -eq "$tasks" ]; then
     echo "stage $stage: $tasks tasks, done"
     continue
   fi
