@@ -137,6 +137,7 @@ proto::Result<std::optional<std::string>> read_shard_mesh(const std::string& fol
 proto::Result<std::set<std::string>> shards_there(const std::string& folder, Shards which) {
   std::set<std::string> paths;
   const std::string shards = folder + "/shards/";
+  const bool by_size = which == Shards::done && !raster::is_remote(folder);
   const auto groups = raster::names_in(folder + "/shards");
   if (!groups) return groups.problem();
   for (const std::string& group : *groups) {
@@ -144,7 +145,7 @@ proto::Result<std::set<std::string>> shards_there(const std::string& folder, Sha
     if (!names) return names.problem();
     for (const std::string& name : *names) {
       const std::string path = shards + group + "/" + name;
-      if (name.ends_with(".shard") && (which == Shards::all || raster::size_of(path).value_or(0) >= kHead)) paths.insert(path);
+      if (name.ends_with(".shard") && (!by_size || raster::size_of(path).value_or(0) >= kHead)) paths.insert(path);
     }
   }
   return paths;

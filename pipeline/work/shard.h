@@ -26,7 +26,8 @@ proto::Result<FinishedTask> read_shard_tiles(const std::string& folder, const pr
 proto::Result<std::optional<std::string>> read_shard_mesh(const std::string& folder, const proto::WorkTask& task);
 
 /// Paths of shards in the folder, as shard_path has them, by listing it: asking a storage for each shard of a planet would take
-/// an hour. done: without those that are shorter than any can be, as a full disk leaves them; their sizes stand in the listing.
+/// an hour. done: without those that are shorter than any can be, as a full disk leaves them; in object storage an upload is
+/// whole.
 enum class Shards { all, done };
 proto::Result<std::set<std::string>> shards_there(const std::string& folder, Shards which);
 

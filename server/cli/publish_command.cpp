@@ -110,6 +110,7 @@ int publish_command(const PublishLine& line) {
   const auto plan = work::read_plan(line.folder);
   if (!plan) return give_up(plan.problem());
   const bool remote = raster::is_remote(line.output);
+  raster::remove_left_folders();
   // Put together here before it is sent on: an object cannot be changed in its middle.
   const std::unique_ptr<raster::PrivateFolder> elsewhere = remote ? std::make_unique<raster::PrivateFolder>() : nullptr;
   if (remote && !elsewhere->made()) {

@@ -3,6 +3,7 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
@@ -13,10 +14,12 @@
 #include "pipeline/work/stage_memory.h"
 #include "pipeline/work/work.h"
 #include "pipeline/work/work_plan.h"
+#include "proto/cores.h"
 #include "proto/utf8.h"
 #include "raster/disk/private_folder.h"
 #include "raster/storage/storage.h"
 #include "server/http/json.h"
+#include "server/memory/memory_limit.h"
 #include "server/options/option_values.h"
 #include "server/sandbox/asked_to_stop.h"
 
@@ -119,6 +122,8 @@ proto::Result<void> do_stage(const proto::WorkPlan& plan, int number, const Work
     if (const auto wrong = read_whole(line.threads, {0, 1024}, &order.threads))
       return wrong_value("--threads", line.threads, *wrong, "0 to 1024");
   }
+  if (order.memory_mib > 0)
+    order.threads = std::min(proto::threads_for(order.threads), std::max(1u, order.memory_mib / kMemoryPerThread_mib));
   TaskCounter counter(tasks->size(), line.words);
   const auto done = work::do_tasks(
       plan, stage, *tasks, order, [&](const proto::WorkTask& task, work::TaskOutcome outcome) { counter.ended(task, outcome); },

@@ -52,6 +52,10 @@ make() {
 # Parts of a large object are sent one after the other; so small, these few megabytes have some.
 VSIS3_CHUNK_SIZE=1 make 0.5
 grep -q '^POST 200 /terrain/dem.sqlite' "$storage_log" || fail 'dem.sqlite was not sent in parts'
+# Tasks that are done are counted by listing them, not one by one.
+before=$(wc -l < "$storage_log")
+"$program" tasks /vsis3/terrain/plan-0.5 > "$work/said"
+! tail -n "+$((before + 1))" "$storage_log" | grep '[.]shard' || fail 'tasks asks for each shard'
 all=$(find "$work/here-0.5" -name '*.drc' -o -name '*.glb' | wc -l)
 ((all >= 50)) || fail "only $all tiles"
 
