@@ -51,6 +51,9 @@ class Worker {
     return ready;
   }
 
+  /// Whether the device can be used, which is opened while the first task is read.
+  proto::Result<void> opened() const { return builder_.opened(); }
+
   proto::Result<FinishedTask> work(const proto::WorkTask& task) {
     const std::vector<raster::MosaicMember> members = members_of(plan_, task);
     for (const raster::MosaicMember& member : members) {
@@ -172,7 +175,11 @@ proto::Result<TaskOutcome> do_task(Worker& worker, const proto::WorkPlan& plan, 
   if (read_shard(folder, task).ok()) return TaskOutcome::was_done;
   if (const auto ready = worker.prepare(); !ready.ok()) return ready.problem();
   const auto finished = worker.work(task);
-  if (!finished.ok()) return failures.take(of_storage(plan, task, finished.problem()));
+  if (!finished.ok()) {
+    if (const auto usable = worker.opened(); !usable.ok()) return usable.problem();
+    if (task.sources_size() == 0) return finished.problem();  // no raster's
+    return failures.take(of_storage(plan, task, finished.problem()));
+  }
   if (const auto written = write_shard(folder, task, *finished); !written.ok()) return written.problem();
   return TaskOutcome::done;
 }

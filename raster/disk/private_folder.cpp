@@ -1,10 +1,13 @@
 #include "raster/disk/private_folder.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "proto/letters.h"
@@ -32,6 +35,12 @@ std::optional<pid_t> process_of(std::string_view rest) {
   return process && *process > 0 ? process : std::nullopt;
 }
 
+/// Locked for as long as it is open; not open where another has it, or locks are not to be had.
+Descriptor locked(const fs::path& folder, int how) {
+  Descriptor descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
+  return descriptor.is_open() && flock(descriptor.number(), how | LOCK_NB) == 0 ? std::move(descriptor) : Descriptor();
+}
+
 }  // namespace
 
 void remove_left_folders() {
@@ -41,7 +50,7 @@ void remove_left_folders() {
   for (const auto& entry : fs::directory_iterator(fs::temp_directory_path(error), error)) {
     const std::string name = entry.path().filename().string();
     const auto process = name.starts_with(begin) ? process_of(std::string_view(name).substr(begin.size())) : std::nullopt;
-    if (process && !is_alive(*process) && !entry.is_symlink(error)) left.push_back(entry.path());
+    if (process && !is_alive(*process) && locked(entry.path(), LOCK_EX).is_open()) left.push_back(entry.path());
   }
   for (const fs::path& path : left) fs::remove_all(path, error);
 }
@@ -49,7 +58,9 @@ void remove_left_folders() {
 PrivateFolder::PrivateFolder() {
   std::error_code error;
   std::string folder = (fs::temp_directory_path(error) / (begin_of_names() + std::to_string(getpid()) + "-XXXXXX")).string();
-  if (!error && mkdtemp(folder.data()) != nullptr) path_ = folder;
+  if (error || mkdtemp(folder.data()) == nullptr) return;
+  path_ = folder;
+  lock_ = locked(path_, LOCK_SH);
 }
 
 PrivateFolder::~PrivateFolder() {

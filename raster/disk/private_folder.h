@@ -2,6 +2,8 @@
 // A folder that nobody else looks into: for what GDAL is to find under a certain name, and for what ends with its command.
 #include <string>
 
+#include "raster/disk/descriptor.h"
+
 namespace cordillera::raster {
 
 /// Below the temporary folder ($TMPDIR). Removed, with all that is in it, when this goes.
@@ -21,6 +23,7 @@ class PrivateFolder {
 
  private:
   std::string path_;
+  Descriptor lock_;  ///< of the folder: a process elsewhere may have the same number, in another container of one host name
 };
 
 /// Removes those of processes of this machine that are gone, such as killed ones. For commands, at their start.

@@ -82,11 +82,15 @@ fi
 export TMPDIR=$work/temporary
 sleep 0 & gone=$!
 wait "$gone"
-left=$TMPDIR/cordillera-of-$(hostname)-$gone-abcdef own=$TMPDIR/cordillera-of-$(hostname)-$$-abcdef other=$TMPDIR/cordillera-of-elsewhere-$gone-abcdef
-mkdir -p "$left/within" "$own" "$other"
+left=$TMPDIR/cordillera-of-$(hostname)-$gone-abcde own=$TMPDIR/cordillera-of-$(hostname)-$$-abcdef other=$TMPDIR/cordillera-of-elsewhere-$gone-abcdef
+mkdir -p "${left}f/within" "$own" "$other" "${left}g"  # the last is one of another container's process
+exec 9< "${left}g" && flock -s 9
 says 0 '' work plan -q
-[[ ! -e $left ]] || fail 'the folder of a process that is gone stays'
-[[ -e $own && -e $other ]] || fail 'a folder of another process, or machine, was removed'
+[[ ! -e ${left}f ]] || fail 'the folder of a process that is gone stays'
+[[ -e $own && -e $other && -e ${left}g ]] || fail 'a folder of another process, or machine, was removed'
+exec 9<&-
+says 0 '' work plan -q
+[[ ! -e ${left}g ]] || fail 'a folder whose lock has ended stays'
 rmdir "$own" "$other"
 
 # A hangup stops as a termination does, and leaves no unpacked archive.

@@ -30,6 +30,19 @@ TEST_F(Work, of_several_devices_ends_with_the_problem_of_the_first) {
   EXPECT_EQ(done.problem().type, "unknown-device");
 }
 
+/// Its device is opened while the first block is read: no raster is to blame.
+TEST_F(Work, of_exact_blocks_ends_with_the_problem_of_its_device) {
+  request_.options.set_strategy("exact");
+  examine({"west.tif", "beside.tif", "far.tif"});
+  devices_ = {"no such device"};
+  const proto::WorkPlan plan = this->plan();
+  ASSERT_TRUE(plan.plan().exact());
+  const auto done = stage(plan, 0);
+  ASSERT_FALSE(done.ok());
+  EXPECT_EQ(done.problem().type, "unknown-device");
+  EXPECT_EQ(failed_, 0);
+}
+
 TEST_F(Work, in_tasks_gives_the_bytes_of_one_piece) {
   const proto::WorkPlan plan = this->plan();
   EXPECT_GT(plan.stages(0).tasks_size(), 2) << "all is one block: nothing to share out";
