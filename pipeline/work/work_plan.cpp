@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 
+#include "pipeline/build/exact/exact_above.h"
 #include "pipeline/build/pilot.h"
 #include "pipeline/build/stages.h"
 #include "pipeline/plan/ecef_step.h"
@@ -64,7 +65,8 @@ class Namer {
     common_ = std::to_string(kPlanFormat) + "\n" + numbers.SerializeAsString();
     const std::string& mask = plan.plan().options().water_mask();
     if (!mask.empty()) common_ += "\nwater mask " + raster::state_of(mask);
-    if (merged_at_once(plan.plan())) common_ += "\nat once";  // blocks leave something else then
+    // Blocks leave something else then.
+    if (merged_at_once(plan.plan())) common_ += "\nat once, codes by " + std::to_string(code_unit(plan.plan()));
     if (numbers.exact()) common_ += "\nrims " + std::to_string(most_rim_reach(plan.plan()));
     // A task does not depend on levels above its own, whose numbers change where the data comes to reach farther.
     for (const proto::LevelPlan& level : plan.plan().levels()) {

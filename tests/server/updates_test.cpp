@@ -198,7 +198,8 @@ TEST_F(Updates, OrderOptionsAndEnds) {
   ASSERT_EQ(change("PUT", "/sources/" + patch + "?position=0&z_offset=25").status, 200);
   whole::expect_same(from_nothing("patch.tif z_offset=25\nbase.tif\n"), served());
   EXPECT_EQ(listed()["sources"][0]["options"]["z_offset"], 25);
-  ASSERT_EQ(change("PUT", "/sources/" + patch + "?name=other.tif", "other.tif").status, 200);
+  const Said replaced = change("PUT", "/sources/" + patch + "?name=other.tif", "other.tif");
+  ASSERT_EQ(replaced.status, 200) << replaced.bytes;
   whole::expect_same(from_nothing("other.tif z_offset=25\nbase.tif\n"), served());
   EXPECT_EQ(ask("GET", base_ + "/versions").body["versions"].size(), 1u) << "none before is kept";
   ASSERT_EQ(change("DELETE", "/sources/" + patch).status, 200);

@@ -165,7 +165,7 @@ gpu::exact::BlockPlan levels_above(const proto::Plan& plan) {
 
 float code_unit(const proto::Plan& plan) {
   constexpr double kShare = 1.0 / 512;
-  return static_cast<float>(levels_above(plan).levels.front().tolerance_m / proto::kHeightStep_m * kShare);
+  return static_cast<float>(level_plan(plan, static_cast<int>(plan.block_level()) - 1).target() / proto::kHeightStep_m * kShare);
 }
 
 }  // namespace cordillera::pipeline

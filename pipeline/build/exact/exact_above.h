@@ -32,7 +32,8 @@ gpu::exact::BlockMesh half_turned(const gpu::exact::BlockMesh& mesh, std::int32_
 
 /// Levels of the plan above its blocks.
 gpu::exact::BlockPlan levels_above(const proto::Plan& plan);
-/// What codes leave open for them, where they could tell more: see Ground. A 512th of the first one's tolerance.
+/// What codes leave open for them, where they could tell more: see Ground. A 512th of the first one's target, which no height of
+/// the rasters changes: a block that stays as it is can be built on.
 float code_unit(const proto::Plan& plan);
 
 }  // namespace cordillera::pipeline
