@@ -9,7 +9,7 @@
 #include "proto/numbers.h"
 #include "proto/paths.h"
 #include "raster/disk/descriptor.h"
-#include "raster/disk/is_alive.h"
+#include "raster/disk/this_machine.h"
 
 namespace cordillera::pipeline::exports {
 namespace {

@@ -14,7 +14,6 @@
 #include "proto/degrees.h"
 #include "proto/lattice.h"
 #include "proto/mesh.h"
-#include "raster/sample/back_projection.h"
 
 namespace cordillera::pipeline {
 namespace {

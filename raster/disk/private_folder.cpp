@@ -12,7 +12,7 @@
 
 #include "proto/letters.h"
 #include "proto/numbers.h"
-#include "raster/disk/is_alive.h"
+#include "raster/disk/this_machine.h"
 
 namespace cordillera::raster {
 
@@ -21,11 +21,7 @@ namespace fs = std::filesystem;
 namespace {
 
 /// How the names of this machine's begin; a process and six letters follow. Several machines may have one temporary folder.
-std::string begin_of_names() {
-  char host[128] = "";
-  gethostname(host, sizeof host - 1);
-  return std::string("cordillera-of-") + host + "-";
-}
+std::string begin_of_names() { return "cordillera-of-" + host_name() + "-"; }
 
 /// The process of a name that follows its begin.
 std::optional<pid_t> process_of(std::string_view rest) {

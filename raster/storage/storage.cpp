@@ -20,6 +20,7 @@
 #include <string_view>
 
 #include "raster/disk/new_file.h"
+#include "raster/disk/this_machine.h"
 #include "raster/disk/write_all.h"
 #include "raster/gdal/gdal_scope.h"
 #include "raster/storage/ranged_file.h"
@@ -61,9 +62,7 @@ class LargeParts {
 /// Beside the file, and nobody else's: two processes may write the same file at once.
 std::string temporary_name(const std::string& path) {
   static std::atomic<unsigned> count{0};
-  char host[128] = "";
-  gethostname(host, sizeof host - 1);
-  return path + "." + host + "." + std::to_string(getpid()) + "." + std::to_string(++count) + ".part";
+  return path + "." + host_name() + "." + std::to_string(getpid()) + "." + std::to_string(++count) + ".part";
 }
 
 proto::Result<void> write_here(const std::string& path, const std::string& bytes) {

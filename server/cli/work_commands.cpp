@@ -17,6 +17,7 @@
 #include "proto/cores.h"
 #include "proto/utf8.h"
 #include "raster/disk/private_folder.h"
+#include "raster/disk/this_machine.h"
 #include "raster/storage/storage.h"
 #include "server/http/json.h"
 #include "server/memory/memory_limit.h"
@@ -103,11 +104,7 @@ proto::Result<std::vector<std::string>> devices_of(const std::string& asked) {
 }
 
 /// Where a worker begins, so that several with the same line do not do the same tasks side by side: each finds what others did.
-std::size_t own_begin() {
-  char host[128] = "";
-  gethostname(host, sizeof host - 1);
-  return std::hash<std::string>()(host + std::to_string(getpid()));
-}
+std::size_t own_begin() { return std::hash<std::string>()(raster::host_name() + std::to_string(getpid())); }
 
 /// memory_mib: of the line; 0: what the plan was made with.
 proto::Result<void> do_stage(const proto::WorkPlan& plan, int number, const WorkLine& line, std::uint32_t memory_mib) {

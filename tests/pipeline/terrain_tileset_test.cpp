@@ -23,7 +23,8 @@ std::string resolved(const std::string& from, const std::string& link) {
 }
 
 /// Follows a tile of the explicit tileset down; gathers what .glb it names.
-void follow(const std::string& file, const Json& tile, const Json* parent, std::multiset<std::string>& glbs) {
+void follow(const faces::Terrain& of, const std::string& file, const Json& tile, const Json* parent,
+            std::multiset<std::string>& glbs) {
   const Json& region = tile["boundingVolume"]["region"];
   if (parent != nullptr) {
     const Json& around = (*parent)["boundingVolume"]["region"];
@@ -33,11 +34,11 @@ void follow(const std::string& file, const Json& tile, const Json* parent, std::
   }
   if (tile.contains("content")) {
     const std::string path = resolved(file, tile["content"]["uri"]);
-    const auto document = fetch(path);
+    const auto document = fetch(of, path);
     ASSERT_TRUE(document) << path;
     if (path.ends_with(".json")) {
       EXPECT_FALSE(tile.contains("children"));
-      follow(path, Json::parse(document->bytes)["root"], &tile, glbs);
+      follow(of, path, Json::parse(document->bytes)["root"], &tile, glbs);
     } else {
       const auto glb = decode_glb(document->bytes);
       ASSERT_TRUE(glb.ok());
@@ -46,7 +47,7 @@ void follow(const std::string& file, const Json& tile, const Json* parent, std::
     }
   }
   if (!tile.contains("children")) return;
-  for (const Json& child : tile["children"]) follow(file, child, &tile, glbs);
+  for (const Json& child : tile["children"]) follow(of, file, child, &tile, glbs);
 }
 
 TEST(ExplicitTileset, NamesEveryTileOnce) {
@@ -54,7 +55,7 @@ TEST(ExplicitTileset, NamesEveryTileOnce) {
   EXPECT_EQ(top["asset"]["copyright"], "Nobody <nobody@example.org>");
   EXPECT_EQ(top["root"]["refine"], "REPLACE");
   std::multiset<std::string> glbs;
-  follow("tileset-explicit.json", top["root"], nullptr, glbs);
+  follow(terrain(), "tileset-explicit.json", top["root"], nullptr, glbs);
   std::size_t tiles = 0;
   for (int z = 0; z <= kFinest; ++z) {
     tiles += terrain().store().records(z, 0, 0, proto::tiles_across(z) - 1, proto::tiles_up(z) - 1).size();
@@ -63,6 +64,24 @@ TEST(ExplicitTileset, NamesEveryTileOnce) {
   EXPECT_EQ(glbs.size(), tiles);
   EXPECT_EQ(std::set<std::string>(glbs.begin(), glbs.end()).size(), tiles);
   EXPECT_FALSE(fetch("explicit/1/1/1.json")) << "no file begins there";
+}
+
+// Level 4 has lost its content in the west, below tiles that have theirs.
+TEST(ExplicitTileset, ErrorsFallBelowTilesWithoutContent) {
+  const TemporaryFolder folder;
+  auto writer = StoreWriter::open(folder / "a.db", synthetic_plan(kFinest));
+  ASSERT_TRUE(writer.ok());
+  for (FinishedTask& task : synthetic_tasks(kLattice, {kFinest, 126, 80}, {kFinest, 131, 85}, hills_with_voids())) {
+    if (task.node.z == 4 && task.node.x == 15) task.tiles.clear();
+    ASSERT_TRUE((*writer)->commit(task).ok());
+  }
+  ASSERT_TRUE((*writer)->publish(synthetic_manifest()).ok());
+  const faces::Terrain of(std::shared_ptr<const StoreReader>(StoreReader::open(folder / "a.db").value()));
+  EXPECT_TRUE(of.store().extents(3, 7, 5, 7, 5).at(0).content);
+  EXPECT_FALSE(of.store().extents(4, 15, 10, 15, 10).at(0).content);
+  std::multiset<std::string> glbs;
+  follow(of, "tileset-explicit.json", Json::parse(fetch(of, "tileset-explicit.json")->bytes)["root"], nullptr, glbs);
+  EXPECT_GT(glbs.size(), 40U);
 }
 
 double real_at(std::string_view bytes, std::size_t at) {

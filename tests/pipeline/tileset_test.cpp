@@ -258,31 +258,6 @@ TEST(Tileset, TheRootOfDataOverTheAntimeridianIsASphere) {
             volume);
 }
 
-/// Of all tiles of a file of the explicit tileset, and of those that it names.
-void expect_falling_errors(const faces::Terrain& terrain, const std::string& path, const Json& tile, double above_m, int& empty) {
-  const double error_m = tile["geometricError"];
-  EXPECT_LE(error_m, above_m) << path;
-  if (!tile.contains("content")) ++empty;
-  for (const Json& child : tile.value("children", Json::array())) expect_falling_errors(terrain, path, child, error_m, empty);
-  const std::string uri = tile.contains("content") ? tile["content"]["uri"].get<std::string>() : "";
-  if (!uri.ends_with(".json")) return;
-  const std::string below = uri.substr(uri.find("explicit/"));
-  const auto found = faces::find(below);
-  ASSERT_TRUE(found) << below;
-  expect_falling_errors(terrain, below, Json::parse(found->resource->make(terrain, found->place).value()->bytes)["root"], error_m,
-                        empty);
-}
-
-// Level 4 has lost its content below tiles that have theirs.
-TEST(Tileset, ErrorsFallInTheExplicitOne) {
-  const faces::Terrain terrain(std::shared_ptr<const StoreReader>(std::shared_ptr<void>(), &shared_store()));
-  const auto top = faces::find("tileset-explicit.json");
-  const Json root = Json::parse(top->resource->make(terrain, top->place).value()->bytes)["root"];
-  int empty = 0;
-  expect_falling_errors(terrain, "tileset-explicit.json", root, root["geometricError"], empty);
-  EXPECT_GT(empty, 3);
-}
-
 TEST(TilesetPaths, OneNameATileAFace) {
   const auto drc = faces::find("tiles/7/129/80.drc"), east = faces::find("tiles/E/7/1/80.glb");
   ASSERT_TRUE(drc && east);

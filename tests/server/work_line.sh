@@ -5,14 +5,7 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 program=$(cd "${1:?usage: tests/server/work_line.sh BUILD}" && pwd)/bin/cordillera
 . "$here/../processes.sh"
 cd "$work"
-fail() { echo "FAILED: $*" >&2; cat said >&2; exit 1; }
-says() { # code, words that are to be said, command
-  local code=0 wanted=$1 words=$2
-  shift 2
-  "$program" "$@" > said 2>&1 || code=$?
-  [[ $code == "$wanted" ]] || fail "$* ends with $code, not $wanted"
-  [[ -z $words ]] || grep -q -e "$words" said || fail "$* does not say '$words'"
-}
+. "$here/says.sh"
 options=(--max-level 13 --error 4 --vertical-datum ellipsoid -q)
 python3 "$here/../slurm/make_rasters.py" dem 12
 says 0 '' plan dem -o plan "${options[@]}"

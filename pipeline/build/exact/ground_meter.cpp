@@ -100,11 +100,15 @@ GroundMeter::Known GroundMeter::around(const std::array<gpu::MeshPoint, 3>& corn
   samples.height.reserve(columns * rows);
   float error = 0;
   for (std::int64_t j = south; j <= north; ++j) {
+    std::uint32_t last = UINT32_MAX;  // square, of whose samples one is enough
     for (std::int64_t i = west; i <= east; ++i) {
       const int x = static_cast<int>(i), y = static_cast<int>(j);
       const bool none = field_.is_void_there(x, y);
       samples.height.push_back(none ? proto::kNoHeight : nearest(field_.height_at(x, y)));
-      if (!none) error = std::max(error, gpu::exact::code_error(field_.plane[0][field_.square_of(x, y)], field_.code_unit));
+      const std::uint32_t square = field_.square_of(x, y);
+      if (none || square == last) continue;
+      error = std::max(error, gpu::exact::code_error(field_.plane[0][square], field_.code_unit));
+      last = square;
     }
   }
   known.error_m = (error + kRounded) * proto::kHeightStep_m;

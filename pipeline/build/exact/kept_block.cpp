@@ -23,7 +23,7 @@ using gpu::exact::BoundingPlane;
 static_assert(std::endian::native == std::endian::little && sizeof(BoundingPlane) == 4 * sizeof(float),
               "planes are stored as they are");
 
-/// The fastest: what is packed is read soon, and then dropped.
+/// A fast one, which still packs codes of few kinds to a seventh: most of what is packed is read soon, and then dropped.
 constexpr int kLevel = 1;
 
 /// Piece by piece, so that nothing but what is packed takes memory: to have it anew takes as long as to pack.

@@ -98,7 +98,9 @@ proto::Result<std::optional<Document>> part(const Terrain& terrain, const Place&
   const auto nodes = terrain.store().extents(place.z, place.x, place.y, place.x, place.y);
   if (nodes.empty()) return std::optional<Document>();
   const Writer writer(terrain.store(), "../../../", *query);
-  return std::optional(document(writer.file(writer.tile(nodes[0], kLevels, error_above_m(terrain.store(), nodes[0].tile)))));
+  const TileExtent& first = nodes[0];
+  const double above_m = first.content ? first.geometric_error_m : error_above_m(terrain.store(), first.tile);
+  return std::optional(document(writer.file(writer.tile(first, kLevels, above_m))));
 }
 
 constexpr std::array<Resource, 2> kResources = {{

@@ -39,11 +39,15 @@ std::string made_document(Tokens tokens) {
 }  // namespace
 
 Response api_description(Tokens tokens) {
-  static const std::string kOpen = made_document(Tokens::none), kGuarded = made_document(Tokens::asked_for);
-  const std::string& document = tokens == Tokens::none ? kOpen : kGuarded;
-  Response response = json_text_response(200, document);
+  struct Document {
+    explicit Document(Tokens of) : text(made_document(of)), tag(quoted(digest(text).substr(0, 32))) {}
+    std::string text, tag;
+  };
+  static const Document kOpen(Tokens::none), kGuarded(Tokens::asked_for);
+  const Document& document = tokens == Tokens::none ? kOpen : kGuarded;
+  Response response = json_text_response(200, document.text);
   response.set("Cache-Control", "public, no-cache");
-  response.set("ETag", quoted(digest(document).substr(0, 32)));
+  response.set("ETag", document.tag);
   return response;
 }
 
