@@ -1,5 +1,6 @@
 #include "server/memory/memory_limit.h"
 
+#include <pthread.h>
 #include <signal.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
@@ -17,6 +18,19 @@ namespace cordillera::server {
 namespace {
 
 constexpr std::uint32_t kDefault_mib = 4096;
+/// Of a thread's stack. A limit counts stacks whole, and by default each has 8 MiB: ten would take most of the least memory.
+constexpr std::size_t kStack_bytes = std::size_t{2} << 20;
+
+/// Of threads that begin from now on.
+void make_stacks_small() {
+  pthread_attr_t attributes;
+  if (pthread_getattr_default_np(&attributes) != 0) return;
+  std::size_t usual = 0;
+  if (pthread_attr_getstacksize(&attributes, &usual) == 0 && usual > kStack_bytes &&
+      pthread_attr_setstacksize(&attributes, kStack_bytes) == 0)
+    pthread_setattr_default_np(&attributes);
+  pthread_attr_destroy(&attributes);
+}
 
 /// Private memory of this process so far, as RLIMIT_DATA counts it.
 rlim_t data_bytes() {
@@ -68,6 +82,7 @@ void limit_memory(proto::BuildOptions& options) {
   if (options.memory() == 0) return;
   options.set_threads(std::min(proto::threads_for(options.threads()), std::max(1u, options.memory() / kMemoryPerThread_mib)));
   if (may_use_cuda(options)) return;
+  make_stacks_small();
   rlimit limit{};
   getrlimit(RLIMIT_DATA, &limit);
   limit.rlim_max = std::min(limit.rlim_max, data_bytes() + (rlim_t{options.memory()} << 20));
@@ -76,8 +91,8 @@ void limit_memory(proto::BuildOptions& options) {
 }
 
 bool memory_is_short() {
-  constexpr std::size_t kStack = std::size_t{8} << 20;
-  return !can_have(kStack);
+  constexpr std::size_t kFew_bytes = std::size_t{8} << 20;
+  return !can_have(kFew_bytes);
 }
 
 proto::Problem out_of_memory(const proto::BuildOptions& options, const std::string& raster) {

@@ -18,12 +18,12 @@ std::uint32_t default_memory_mib(const proto::BuildOptions& options);
 /// Whether a build with these options may talk to a GPU: there is a driver, and nobody asked for the CPU.
 bool may_use_cuda(const proto::BuildOptions& options);
 
-/// Limits this process to memory() MiB and threads() to what fits in it; 0 limits nothing. For the rest of the process's life:
-/// the process is the build's. A build that may talk to a GPU keeps its address space (the driver reserves far more than it uses)
-/// and only gives up threads.
+/// Limits this process to memory() MiB and threads() to what fits in it; 0 limits nothing. Stacks of new threads have 2 MiB. For
+/// the rest of the process's life: the process is the build's. A build that may talk to a GPU keeps its address space (the driver
+/// reserves far more than it uses) and only gives up threads.
 void limit_memory(proto::BuildOptions& options);
 
-/// Whether not even a thread's stack is to be had: what fails then fails for want of memory, whatever a library says of it.
+/// Whether not even 8 MiB are to be had: what fails then fails for want of memory, whatever a library says of it.
 bool memory_is_short();
 
 /// raster: what the user called it.
