@@ -35,7 +35,13 @@ std::int64_t millimetres(std::string_view text) {
 
 }  // namespace
 
-Interval usual_interval(int zoom) { return {row_of(zoom).usual_m * 1000}; }
+Interval usual_interval(int zoom, double relief_m) {
+  constexpr int kLines = 5;
+  const Row& row = row_of(zoom);
+  int step = 0;
+  while (multiple(step) < row.usual_m && multiple(step + 1) * kLines <= relief_m) ++step;
+  return {std::clamp(multiple(step), row.least_m, row.usual_m) * 1000};
+}
 Interval least_interval(int zoom) { return {row_of(zoom).least_m * 1000}; }
 
 proto::Result<Interval> interval_asked(std::string_view text) {

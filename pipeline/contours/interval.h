@@ -17,9 +17,10 @@ struct Interval {
   std::int32_t mm = 0;
 };
 
-/// Of a zoom, unless the query has another.
-Interval usual_interval(int zoom);
-/// A quarter or a fifth of that: closer lines would lie on each other.
+/// Of a zoom, unless the query has another. relief_m: between the lowest and the highest ground of the dataset. Flat ground has
+/// closer lines, at least five from its lowest to its highest, as far as the zoom allows.
+Interval usual_interval(int zoom, double relief_m);
+/// A quarter or a fifth of what mountains have: closer lines would lie on each other.
 Interval least_interval(int zoom);
 
 /// What interval= says, before any zoom; the text must not be empty. A problem where it is none.

