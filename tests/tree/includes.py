@@ -54,7 +54,7 @@ HOMES = [
     ("cooperative_groups.h", ["gpu/*.cu", "gpu/*.cuh"]),
 ]
 # C++ names its own headers without an ending. With one: what POSIX and Linux have and C++ has not.
-SYSTEM = re.compile(r"[a-z_]+|(arpa|linux|sys)/\w+\.h|(dirent|dlfcn|fcntl|malloc|netdb|poll|pwd|sched|signal|spawn|string|time|unistd)\.h")
+SYSTEM = re.compile(r"[a-z_]+|(arpa|linux|sys)/\w+\.h|(dirent|dlfcn|fcntl|malloc|netdb|poll|pthread|pwd|sched|signal|spawn|string|time|unistd)\.h")
 
 # A block comment that begins a line may hold an #include that is none.
 COMMENT = re.compile(r"^[ \t]*/\*.*?\*/", re.DOTALL | re.MULTILINE)
