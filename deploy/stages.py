@@ -28,14 +28,15 @@ def parser(about):
 
 
 def stages(given):
-    """[(number, parts, MiB)] of the stages, from below."""
+    """[(number, parts, MiB)] of the stages that are not done, from below."""
     if not shutil.which(given.program):
         sys.exit(f"{os.path.basename(sys.argv[0])}: {given.program} is not in PATH; say --program")
     tasks = subprocess.run([given.program, "tasks", given.here or given.plan, "--json"], stdout=subprocess.PIPE)
     if tasks.returncode != 0:
         sys.exit(tasks.returncode)  # the program has said why
     listed = json.loads(tasks.stdout)
-    return [(s["stage"], max(1, min(math.ceil(s["cost"] / given.samples), s["tasks"], given.parts)), memory_mib(given, s["memory_mib"])) for s in listed]
+    return [(s["stage"], max(1, min(math.ceil(s["cost"] / given.samples), s["tasks"], given.parts)), memory_mib(given, s["memory_mib"]))
+            for s in listed if s["done"] < s["tasks"]]
 
 
 LEAST_MIB = 1024  # of a block, and of publish

@@ -4,6 +4,7 @@
   deploy/aws-batch/jobs.py /vsis3/bucket/plan -o /vsis3/bucket/dem.sqlite --image REGISTRY/cordillera --queue QUEUE --role ARN --into requests/
 
 Tasks have the keys of the storage from the job role. `@NAME` in dependsOn stands for the id that Batch gives to that job."""
+import glob
 import json
 import os
 import sys
@@ -59,6 +60,8 @@ def main():
     given = words.parse_args()
     given.parts = min(given.parts, MOST_OF_AN_ARRAY)
     os.makedirs(given.into, exist_ok=True)
+    for earlier in glob.glob(os.path.join(glob.escape(given.into), "[0-9]*.json")):  # of a stage that is done meanwhile
+        os.remove(earlier)
     for name, request in requests(given):
         with open(os.path.join(given.into, name), "w", encoding="utf-8") as out:
             json.dump(request, out, indent=2)

@@ -1,7 +1,7 @@
 #!/bin/sh
 # Runs the Jobs of a plan, each stage after the one below it: deploy/kubernetes/run.sh jobs.yaml [words for kubectl, such as -n NAMESPACE]
 # Started again, it goes on: Jobs that are there are left as they are. A stage with failed tasks ends it; after the mending delete that Job
-# and start again. What is done is not done twice.
+# and start again. What is done is not done twice; jobs.py, run again, leaves it out.
 set -eu
 file=${1:?which file? run.sh jobs.yaml}
 shift

@@ -51,4 +51,16 @@ PATH=$here/jobs/made:$PATH JOBS=$work/cluster "$deploy/kubernetes/run.sh" "$work
 if grep suspended "$work/said"; then exit 1; fi
 [[ $(ls "$work/cluster") == "$(sed -n 's/^    "name": "\(.*\)",$/\1/p' "$work/jobs.yaml" | sort)" ]]
 if grep -L '"complete"' "$work"/cluster/* | grep .; then exit 1; fi
+
+# What is done is left out.
+"$deploy/kubernetes/jobs.py" "${words[@]}" > "$work/again.yaml"
+[[ $(grep -c '^    "name": "' "$work/again.yaml") == 1 ]]
+"$deploy/aws-batch/jobs.py" "${words[@]}" --queue queue --into "$work/requests"
+[[ $(ls "$work/requests") == $'definition.json\npublish.json' ]]
+mkdir "$work/bin"
+printf '#!/bin/sh\necho "$@" >> "%s"\necho job\n' "$work/aws" > "$work/bin/aws"
+chmod +x "$work/bin/aws"
+PATH=$work/bin:$PATH "$deploy/aws-batch/submit.sh" "$work/requests" > /dev/null
+[[ $(grep -c submit-job "$work/aws") == 1 ]]
+if grep dependsOn "$work/aws"; then exit 1; fi
 exit $aws
