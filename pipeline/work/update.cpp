@@ -1,5 +1,6 @@
 #include "pipeline/work/update.h"
 
+#include <algorithm>
 #include <map>
 
 #include "pipeline/build/stages.h"
@@ -12,26 +13,74 @@
 namespace cordillera::pipeline::work {
 namespace {
 
-using Keys = std::map<proto::TileAddress, std::string>;
-
-Keys keys_of(const proto::WorkPlan& plan) {
-  Keys keys;
-  for (const proto::WorkStage& stage : plan.stages()) {
-    for (const proto::WorkTask& task : stage.tasks()) keys[address_of(task)] = task.key();
+/// Ground of a version whose filled voids are nobody's but its own: whether a raster far from a block can change it.
+class WholeGround {
+ public:
+  WholeGround(const StoreReader& store, const proto::Plan& before, const proto::Plan& now)
+      : store_(store), lattice_{static_cast<int>(before.finest_level())} {
+    const auto& w = before.window();
+    const bool stays = std::equal(w.begin(), w.end(), now.window().begin(), now.window().end());
+    // Beside the data is no void. Not where data comes there, nor, for simplicity, where a window goes around the earth.
+    if (stays && w[0] >= 0 && w[2] <= lattice_.columns()) window_ = {w[0], w[1], w[2], w[3]};
   }
-  return keys;
+
+  /// Whether there is no void in a block, nor within a tile of it: farther than any sample that it looks at.
+  bool around(const proto::TileAddress& block) const {
+    const int level = lattice_.finest_level;
+    const std::int32_t tiles = std::int32_t{1} << (level - block.z);
+    const std::int32_t west = block.x * tiles - 1, south = block.y * tiles - 1, east = west + tiles + 1,
+                       north = south + tiles + 1;
+    if (west < 0 || south < 0 || east >= proto::tiles_across(level) || north >= proto::tiles_up(level)) return false;
+    std::int64_t missing = 0;
+    for (std::int32_t y = south; y <= north; ++y) {
+      for (std::int32_t x = west; x <= east; ++x) missing += samples_in({level, x, y});
+    }
+    for (const proto::TileRecord& tile : store_.records(level, west, south, east, north))
+      missing -= std::int64_t{tile.valid_samples()} - tile.filled_samples();
+    return missing == 0;
+  }
+
+ private:
+  /// With its western and southern side, as records count them.
+  std::int64_t samples_in(const proto::TileAddress& tile) const {
+    const std::int64_t west = lattice_.west(tile), south = lattice_.south(tile);
+    const auto common = [](std::int64_t from, std::int64_t low, std::int64_t high) {
+      return std::max<std::int64_t>(std::min(from + proto::kTileCells, high + 1) - std::max(from, low), 0);
+    };
+    return common(west, window_.west, window_.east) * common(south, window_.south, window_.north);
+  }
+  const StoreReader& store_;
+  const proto::Lattice lattice_;
+  raster::Source::Window window_{0, 0, lattice_.columns(), lattice_.rows()};
+};
+
+using Tasks = std::map<proto::TileAddress, const proto::WorkTask*>;
+
+Tasks tasks_of(const proto::WorkPlan& plan) {
+  Tasks tasks;
+  for (const proto::WorkStage& stage : plan.stages()) {
+    for (const proto::WorkTask& task : stage.tasks()) tasks[address_of(task)] = &task;
+  }
+  return tasks;
 }
 
-Revision between(const proto::WorkPlan& before, const proto::WorkPlan& now) {
-  const Keys old = keys_of(before), wanted = keys_of(now);
+const std::string& near_key_of(const proto::WorkTask& task) { return task.near_key().empty() ? task.key() : task.near_key(); }
+
+Revision between(const proto::WorkPlan& before, const proto::WorkPlan& now, const WholeGround& ground) {
+  const Tasks old = tasks_of(before), wanted = tasks_of(now);
   Revision revision;
   revision.block_level = static_cast<int>(now.plan().block_level());
   revision.finest_level = static_cast<int>(now.plan().finest_level());
   revision.merged_at_once = merged_at_once(now.plan());
-  for (const auto& [node, key] : old) {
+  const auto same = [&](const proto::WorkTask& a, const proto::WorkTask& b) {
+    if (a.key() == b.key()) return true;
+    const bool is_block = static_cast<int>(a.level()) == revision.block_level && a.samples() > 0;
+    return is_block && near_key_of(a) == near_key_of(b) && ground.around(address_of(a));
+  };
+  for (const auto& [node, task] : old) {
     const auto found = wanted.find(node);
-    const bool same = found != wanted.end() && found->second == key;
-    (same ? revision.finished : revision.stale).push_back(node);
+    const bool stays = found != wanted.end() && same(*task, *found->second);
+    (stays ? revision.finished : revision.stale).push_back(node);
   }
   return revision;
 }
@@ -42,7 +91,10 @@ proto::Result<void> prepare_store(const UpdateOrder& order, const std::optional<
   const std::string tasks = plan.SerializeAsString(), &path = order.request.store_path;
   if (note_in(path, kTasksNote) == tasks) return {};
   if (before && merged_at_once(before->plan()) == merged_at_once(plan.plan())) {
-    if (const auto revised = revise_store(order.before, path, plan.plan(), between(*before, plan)); !revised.ok()) return revised;
+    const auto store = StoreReader::open(order.before);
+    if (!store.ok()) return store.problem();
+    const Revision revision = between(*before, plan, {**store, before->plan(), plan.plan()});
+    if (const auto revised = revise_store(order.before, path, plan.plan(), revision); !revised.ok()) return revised;
   }
   std::vector<Note> notes = order.notes;
   notes.push_back({kTasksNote, tasks});

@@ -1,20 +1,16 @@
 #include "pipeline/work/work_plan.h"
 
 #include <algorithm>
-#include <map>
 #include <set>
 
-#include "pipeline/build/exact/exact_above.h"
 #include "pipeline/build/pilot.h"
 #include "pipeline/build/stages.h"
-#include "pipeline/plan/ecef_step.h"
 #include "pipeline/plan/plan.h"
-#include "pipeline/store/content_hash.h"
 #include "pipeline/tile/chain.h"
 #include "pipeline/tileset/manifest_json.h"
+#include "pipeline/work/task_keys.h"
 #include "proto/mesh.h"
 #include "proto/version.h"
-#include "raster/mosaic/sheets.h"
 #include "raster/mosaic/window_index.h"
 #include "raster/open/raster_state.h"
 #include "raster/sample/back_projection.h"
@@ -25,7 +21,6 @@ namespace cordillera::pipeline::work {
 namespace {
 
 using proto::TileAddress;
-using Keys = std::map<TileAddress, std::string>;
 
 proto::PlannedSource planned(const raster::MosaicMember& member) {
   proto::PlannedSource source;
@@ -47,82 +42,9 @@ raster::MosaicMember member_of(const proto::PlannedSource& source) {
   return work::member_of(source, source.spec().path(), raster::Trust::operator_file);
 }
 
-/// What tells a raster and the way in which it is read from others.
-std::string print_of(const proto::PlannedSource& source) {
-  return source.spec().path() + "\n" + source.state() + "\n" + source.datum() + "\n" +
-         source.spec().options().SerializeAsString();
+raster::Source::Window wider(const raster::Source::Window& w, std::int64_t by) {
+  return {w.west - by, w.south - by, w.east + by, w.north + by};
 }
-
-/// Keys of tasks: what is common to all of them, then what each has of its own.
-class Namer {
- public:
-  explicit Namer(const proto::WorkPlan& plan) : plan_(plan) {
-    proto::Plan numbers = plan.plan();
-    numbers.clear_window();  // each block has its own part of it
-    numbers.clear_source_state();
-    numbers.clear_levels();
-    numbers.clear_seen_heights();  // of all rasters; what a level has of them follows with its own numbers
-    common_ = std::to_string(kPlanFormat) + "\n" + numbers.SerializeAsString();
-    const std::string& mask = plan.plan().options().water_mask();
-    if (!mask.empty()) common_ += "\nwater mask " + raster::state_of(mask);
-    // Blocks leave something else then.
-    if (merged_at_once(plan.plan())) common_ += "\nat once, codes by " + std::to_string(code_unit(plan.plan()));
-    if (numbers.exact()) common_ += "\nrims " + std::to_string(most_rim_reach(plan.plan()));
-    // A task does not depend on levels above its own, whose numbers change where the data comes to reach farther.
-    for (const proto::LevelPlan& level : plan.plan().levels()) {
-      numbers_ += level.SerializeAsString();
-      if (level.coarsest_ecef_step() > 0) numbers_ += "\nstep " + std::to_string(usual_step_m(plan.plan(), level));
-      levels_[static_cast<int>(level.level())] = numbers_;
-    }
-    std::vector<raster::MosaicMember> members;
-    for (const proto::PlannedSource& source : plan.sources()) {
-      sources_.push_back(print_of(source));
-      members.push_back(member_of(source));
-    }
-    if (plan.options().feather() > 0) sheets_ = raster::sheets_of(members);
-  }
-
-  std::string block(const TileAddress& node, const raster::Source::Window& window, const proto::WorkTask& task) const {
-    std::string text = common_ + levels_.at(node.z) + place(node);
-    for (const std::int64_t side : {window.west, window.south, window.east, window.north})
-      text.append(1, ' ').append(std::to_string(side));
-    for (const std::uint32_t k : task.sources()) {
-      text.append(1, '\n').append(sources_[k]);
-      // Rasters elsewhere decide which of these are sheets of one map.
-      const auto of_one_map = [&](std::uint32_t other) { return sheets_[other] == sheets_[k]; };
-      if (!sheets_.empty())
-        text.append(" map ").append(sources_[*std::find_if(task.sources().begin(), task.sources().end(), of_one_map)]);
-    }
-    return hex(content_hash(text));
-  }
-
-  std::string merge(const TileAddress& node, const Keys& below) const {
-    std::string text = common_ + levels_.at(node.z) + place(node);
-    for (int c = 0; c < 4; ++c) {
-      const auto child = below.find(node.child(c));
-      text.append(1, ' ').append(child == below.end() ? "-" : child->second);
-    }
-    return hex(content_hash(text));
-  }
-  /// Of all levels above the blocks at once.
-  std::string above(const Keys& below) const {
-    std::string text = common_ + numbers_ + "\nabove";
-    for (const auto& [node, key] : below) text.append(place(node)).append(key);
-    return hex(content_hash(text));
-  }
-
- private:
-  static std::string place(const TileAddress& node) {
-    std::string text(1, '\n');
-    for (const int number : {node.z, node.x, node.y}) text.append(std::to_string(number)).append(1, '/');
-    return text;
-  }
-  const proto::WorkPlan& plan_;
-  std::string common_, numbers_;
-  std::map<int, std::string> levels_;  ///< numbers of the finest level down to this one
-  std::vector<std::string> sources_;
-  std::vector<std::size_t> sheets_;  ///< of the rasters, where they are blended
-};
 
 proto::WorkTask task_at(const TileAddress& node) {
   proto::WorkTask task;
@@ -132,43 +54,62 @@ proto::WorkTask task_at(const TileAddress& node) {
   return task;
 }
 
+/// Which rasters a block may depend on.
+class BlockSources {
+ public:
+  explicit BlockSources(const proto::WorkPlan& work) : lattice_(lattice_of(work.plan())), rasters_(windows(work), lattice_) {}
+
+  /// Those that touch a window, in order. Where it has a pole, those around that, too: it is one point, with the height that the
+  /// first of them has.
+  std::vector<std::uint32_t> of(const raster::Source::Window& read) const {
+    const auto touched = rasters_.touching(read);
+    std::set<std::uint32_t> sources(touched.begin(), touched.end());
+    for (const std::int64_t pole : {std::int64_t{0}, lattice_.rows()}) {
+      if (sources.empty() || pole < read.south || pole > read.north) continue;
+      const auto around = rasters_.touching({0, pole, lattice_.columns() - 1, pole});
+      sources.insert(around.begin(), around.end());
+    }
+    return {sources.begin(), sources.end()};
+  }
+
+ private:
+  static std::vector<raster::Source::Window> windows(const proto::WorkPlan& work) {
+    const proto::Lattice lattice = lattice_of(work.plan());
+    std::vector<raster::Source::Window> windows;
+    for (const proto::PlannedSource& source : work.sources()) {
+      const raster::Source::Window own = raster::coarser(member_of(source).window, lattice);
+      windows.push_back(wider(own, work.sources_size() > 1 ? raster::reach_beyond(source.description(), lattice) : 0));
+    }
+    return windows;
+  }
+  const proto::Lattice lattice_;
+  const raster::WindowIndex rasters_;
+};
+
 /// Blocks that some raster may touch, with the rasters; what none touches has no data and is no task.
-Keys add_blocks(const Namer& namer, proto::WorkPlan& work) {
+Keys add_blocks(const TaskKeys& names, proto::WorkPlan& work) {
   const proto::Plan& plan = work.plan();
   const proto::Lattice lattice = lattice_of(plan);
   const int level = static_cast<int>(plan.block_level());
   // One raster alone has no seam, and a block of it no other source.
-  const std::int64_t seam = raster::feather_vertices(work.options().feather(), lattice) +
-                            raster::fill_reach(raster::fill_limit_cells(work.options())) +
-                            (pixels_within_m(plan) > 0 ? raster::kProjectionReach : 0);
   const bool several = work.sources_size() > 1;
-  const std::int64_t beside = rim_reach(lattice, level) + (several ? seam : 0);
-  std::vector<raster::Source::Window> windows;
-  for (const proto::PlannedSource& source : work.sources()) {
-    const raster::Source::Window own = raster::coarser(member_of(source).window, lattice);
-    const std::int64_t reach = several ? raster::reach_beyond(source.description(), lattice) : 0;
-    windows.push_back({own.west - reach, own.south - reach, own.east + reach, own.north + reach});
-  }
-  const raster::WindowIndex rasters(std::move(windows), lattice);
+  const std::int64_t seam =
+      raster::feather_vertices(work.options().feather(), lattice) + (pixels_within_m(plan) > 0 ? raster::kProjectionReach : 0);
+  const std::int64_t near = rim_reach(lattice, level) + (several ? seam : 0);
+  const std::int64_t far = near + (several ? raster::fill_reach(raster::fill_limit_cells(work.options())) : 0);
+  const BlockSources rasters(work);
   Keys keys;
   proto::WorkStage* stage = work.add_stages();
   for (const TileAddress& node : touched_tiles(plan, level)) {
     const raster::Source::Window window = node_window(plan, node, rim_reach(lattice, level));
     if (window.west > window.east || window.south > window.north) continue;
-    const raster::Source::Window read{window.west - beside, window.south - beside, window.east + beside, window.north + beside};
-    proto::WorkTask task = task_at(node);
-    const auto touched = rasters.touching(read);
-    std::set<std::uint32_t> sources(touched.begin(), touched.end());
+    const std::vector<std::uint32_t> sources = rasters.of(wider(window, far)), beside = rasters.of(wider(window, near));
     if (sources.empty()) continue;
-    // A pole is one point, with the height that the first raster around it has.
-    for (const std::int64_t pole : {std::int64_t{0}, lattice.rows()}) {
-      if (pole < read.south || pole > read.north) continue;
-      const auto around = rasters.touching({0, pole, lattice.columns() - 1, pole});
-      sources.insert(around.begin(), around.end());
-    }
-    for (const std::uint32_t k : sources) task.add_sources(k);
+    proto::WorkTask task = task_at(node);
+    task.mutable_sources()->Add(sources.begin(), sources.end());
     task.set_samples(static_cast<double>(window.east - window.west + 1) * static_cast<double>(window.north - window.south + 1));
-    task.set_key(namer.block(node, window, task));
+    task.set_key(names.block(node, window, sources));
+    if (beside.size() < sources.size()) task.set_near_key(names.block(node, window, beside));
     keys[node] = task.key();
     *stage->add_tasks() = task;
   }
@@ -179,17 +120,17 @@ Keys add_blocks(const Namer& namer, proto::WorkPlan& work) {
 /// mean, and a block of 17 million 19 s. Each level up has a quarter of the triangles.
 constexpr double kMergeShare = 0.125, kShareAbove = 0.25;
 
-void add_merge_of_all(const Namer& namer, const Keys& below, proto::WorkPlan& work) {
+void add_merge_of_all(const TaskKeys& names, const Keys& below, proto::WorkPlan& work) {
   proto::WorkTask task = task_at(node_above(work.plan()));
-  task.set_key(namer.above(below));
+  task.set_key(names.above(below));
   double samples = 0;
   for (const proto::WorkTask& block : work.stages(0).tasks()) samples += block.samples();
   task.set_cost(samples * kMergeShare / (1 - kShareAbove));  // of all levels
   *work.add_stages()->add_tasks() = task;
 }
 
-void add_merges(const Namer& namer, Keys below, proto::WorkPlan& work) {
-  if (merged_at_once(work.plan())) return add_merge_of_all(namer, below, work);
+void add_merges(const TaskKeys& names, Keys below, proto::WorkPlan& work) {
+  if (merged_at_once(work.plan())) return add_merge_of_all(names, below, work);
   std::map<TileAddress, double> samples;  // of the blocks below a node
   for (const proto::WorkTask& block : work.stages(0).tasks()) samples[address_of(block)] = block.samples();
   double share = kMergeShare;
@@ -200,7 +141,7 @@ void add_merges(const Namer& namer, Keys below, proto::WorkPlan& work) {
     proto::WorkStage* stage = work.add_stages();
     for (const auto& [node, sum] : sums) {
       proto::WorkTask task = task_at(node);
-      task.set_key(namer.merge(node, below));
+      task.set_key(names.merge(node, below));
       task.set_cost(sum * share);
       keys[node] = task.key();
       *stage->add_tasks() = task;
@@ -314,8 +255,8 @@ proto::Result<proto::WorkPlan> plan_work(const BuildRequest& request, const std:
     work.mutable_source()->clear_columns();
     work.mutable_source()->clear_rows();
   }
-  const Namer namer(work);
-  add_merges(namer, add_blocks(namer, work), work);
+  const TaskKeys names(work);
+  add_merges(names, add_blocks(names, work), work);
   if (work.stages(0).tasks_size() == 0) return without_data(request);
   return work;
 }

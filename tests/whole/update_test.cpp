@@ -25,7 +25,8 @@ namespace fs = std::filesystem;
 namespace work = pipeline::work;
 
 constexpr int kLevel = 12;
-constexpr std::int64_t kBlock = 513;  // samples a side, two tiles
+constexpr std::int64_t kBlock = 513;                                 // samples a side, two tiles
+constexpr std::int64_t kWest = 4096 * kTile, kNorth = 3006 * kTile;  // of the nine blocks
 /// A base of nine blocks, and patches on it.
 class Update : public testing::Test {
  protected:
@@ -39,8 +40,9 @@ class Update : public testing::Test {
     request_.options.set_error(40);
     request_.options.set_water(kSea_m);
   }
-  void write_patch(const std::string& name, int east, int north, int side, std::uint32_t seed) {
-    write(points_of({kLevel, 4096 * kTile + east, 3000 * kTile + north}, side, side, rough_with_sea(seed)), folder_.path(name));
+  /// east, south: samples from the north-western corner of the nine blocks.
+  void write_patch(const std::string& name, int east, int south, int side, std::uint32_t seed) {
+    write(points_of({kLevel, kWest + east, kNorth - south}, side, side, rough_with_sea(seed)), folder_.path(name));
   }
   pipeline::BuildRequest request_of(const std::vector<std::string>& names) {
     pipeline::BuildRequest request = request_;
@@ -92,6 +94,11 @@ class Update : public testing::Test {
     return lines;
   }
 
+  void fill_voids() {
+    request_.options.clear_voids();
+    request_.options.set_strategy("exact");
+  }
+
   std::int64_t rows_of(const std::string& name, const std::string& table) {
     return pipeline::Database(folder_.path(name), pipeline::Database::Mode::published).integer("SELECT count(*) FROM " + table);
   }
@@ -113,11 +120,10 @@ TEST_F(Update, each_version_is_sound) {
 // Whether samples are moved to meet pixels is a number of the plan: blocks that see the finer raster, and those that do not,
 // share sides.
 TEST_F(Update, a_finer_raster_goes_in_at_the_numbers_that_there_are) {
-  Dem aside = points_of({kLevel, 4096 * kTile + 20, 3000 * kTile + 20}, 3 * 512 - 40, 3 * 512 - 40, rough(70));
+  Dem aside = points_of({kLevel, kWest + 20, kNorth - 20}, 3 * 512 - 40, 3 * 512 - 40, rough(70));
   aside.geotransform[0] += 0.4 * aside.geotransform[1], aside.geotransform[3] += 0.3 * aside.geotransform[5];
   write(aside, folder_.path("aside.tif"));
-  write(points_of({kLevel + 2, 4 * (4096 * kTile + 530), 4 * (3000 * kTile + 540)}, 240, 240, rough(71)),
-        folder_.path("fine.tif"));
+  write(points_of({kLevel + 2, 4 * (kWest + 530), 4 * (kNorth - 540)}, 240, 240, rough(71)), folder_.path("fine.tif"));
   make("1.sqlite", {"aside.tif"});
   const auto finer = next("2.sqlite", {"fine.tif", "aside.tif"}, "1.sqlite");
   ASSERT_TRUE(finer.ok()) << finer.problem().line();
@@ -141,6 +147,35 @@ TEST_F(Update, a_patch_gives_the_bytes_of_a_build_from_nothing) {
   EXPECT_EQ(patched->SerializeAsString(), manifest.SerializeAsString());
   EXPECT_NE(published(folder_.path("1.sqlite")), expected) << "the patch changed nothing: nothing was tested";
   EXPECT_EQ(pipeline::note_in(folder_.path("2.sqlite"), "mark"), "2.sqlite");
+}
+
+/// Nor where voids are filled: what has none, and none near it, does not change with rasters that only a void could bring there.
+TEST_F(Update, a_block_without_voids_depends_on_no_raster_far_from_it) {
+  fill_voids();
+  write_patch("inside.tif", 700, 700, 60, 71);
+  make("1.sqlite", {"base.tif"});
+  make("2.sqlite", {"inside.tif", "base.tif"}, "1.sqlite");
+  EXPECT_EQ(built_, 1);
+  expect_same(from_nothing({"inside.tif", "base.tif"}), published(folder_.path("2.sqlite")));
+}
+
+/// A bay of no data from the southern rim through three blocks. A patch closes it in the middle one: what lies beyond is filled,
+/// in a block that the patch does not come near.
+TEST_F(Update, a_patch_that_closes_a_bay_fills_it_in_other_blocks) {
+  fill_voids();
+  const auto ground = rough_with_sea(75);
+  write(points_of({kLevel, kWest + 20, kNorth - 20}, 3 * 512 - 40, 3 * 512 - 40,
+                  [&](int c, int r) { return c >= 680 && c < 710 && r > 400 ? kNoData : ground(c, r); }),
+        folder_.path("bay.tif"));
+  write_patch("mole.tif", 680, 600, 80, 76);
+  make("1.sqlite", {"bay.tif"});
+  const auto patched = next("2.sqlite", {"mole.tif", "bay.tif"}, "1.sqlite");
+  ASSERT_TRUE(patched.ok()) << patched.problem().line();
+  EXPECT_GT(patched->source().filled_share(), 0);
+  EXPECT_GE(built_, 2);
+  expect_same(from_nothing({"mole.tif", "bay.tif"}), published(folder_.path("2.sqlite")));
+  make("3.sqlite", {"bay.tif"}, "2.sqlite");
+  expect_same(published(folder_.path("1.sqlite")), published(folder_.path("3.sqlite")));
 }
 
 TEST_F(Update, what_was_taken_away_leaves_no_trace) {
@@ -202,7 +237,7 @@ TEST_F(Update, a_version_that_is_none_to_build_on_is_left_alone) {
 
 /// Coarse levels of all of them, before there is a first version.
 TEST_F(Update, several_rasters_have_provisional_tiles) {
-  write_patch("over.tif", 530, -400, 200, 75);
+  write_patch("over.tif", 530, 400, 200, 75);
   const pipeline::BuildRequest request = request_of({"over.tif", "base.tif", "beside.tif"});
   const auto source = pipeline::open_source(request);
   ASSERT_TRUE(source.ok()) << source.problem().line();
@@ -221,12 +256,12 @@ TEST_F(Update, several_rasters_have_provisional_tiles) {
   EXPECT_FALSE(final.manifest().provisional());
   // The same heights but for what few samples do not show. The two rasters of one place are some hundred metres apart.
   const proto::Lattice lattice{kLevel};
-  const auto off_m = [&](std::int64_t east, std::int64_t north, int side) {
+  const auto off_m = [&](std::int64_t east, std::int64_t south, int side) {
     double sum_m = 0;
     int places = 0;
     for (int k = side / 4; k < side * 3 / 4; k += side / 16, ++places) {
-      const double longitude = static_cast<double>(4096 * kTile + east + k) * lattice.cell_deg() - 180 + 1e-7;
-      const double latitude = static_cast<double>(3000 * kTile + north - k) * lattice.cell_deg() - 90 + 1e-7;
+      const double longitude = static_cast<double>(kWest + east + k) * lattice.cell_deg() - 180 + 1e-7;
+      const double latitude = static_cast<double>(kNorth - south - k) * lattice.cell_deg() - 90 + 1e-7;
       const auto a = now.height_m(static_cast<int>(built->max_level()), longitude, latitude);
       const auto b = final.height_m(kLevel, longitude, latitude);
       EXPECT_TRUE(a && b) << longitude << " " << latitude;
@@ -234,7 +269,7 @@ TEST_F(Update, several_rasters_have_provisional_tiles) {
     }
     return sum_m / places;
   };
-  EXPECT_LT(off_m(530, -400, 200), 100) << "of the first, which wins";
+  EXPECT_LT(off_m(530, 400, 200), 100) << "of the first, which wins";
   EXPECT_LT(off_m(20, 20, 500), 100) << "of the base";
   EXPECT_LT(off_m(1600, 700, 200), 100) << "of what lies beside it";
 }
