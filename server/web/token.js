@@ -4,11 +4,13 @@ import { bring_up } from "./dataset_panel.js";
 const kKey = "cordillera-token";
 
 const token = () => window.sessionStorage.getItem(kKey);
-const headers = () => (token() ? { Authorization: `Bearer ${token()}` } : {});
+// The service's addresses lie below this page's. Documents of a dataset may name others, and nobody else is shown the token.
+const is_own = (url) => new URL(url, document.baseURI).href.startsWith(new URL(".", document.baseURI).href);
+const headers_for = (url) => (token() && is_own(url) ? { Authorization: `Bearer ${token()}` } : {});
 
 // fetch, with the token where there is one. It fails with words for people where nobody answers; then error.silent is true.
 export async function ask(url, options = {}) {
-  const response = await fetch(url, { ...options, headers: { ...options.headers, ...headers() } })
+  const response = await fetch(url, { ...options, headers: { ...options.headers, ...headers_for(url) } })
     .catch((error) => { throw error instanceof TypeError ? Object.assign(new Error("The service does not answer."), { silent: true }) : error; });
   refused(response.status);
   return response;
@@ -27,11 +29,20 @@ export function refused(status) {
   return token() ? "The service does not know this token. Enter another one in the field “Token”." : "The service asks for a token here. Enter yours in the field “Token”.";
 }
 
-// An address that CesiumJS asks with the token, and all that it derives from it.
-export const asked_by_cesium = (url) => new window.Cesium.Resource({ url, headers: headers() });
+// An address that CesiumJS asks with the token, and all that it derives from it. It hands headers on to whatever a document names, so they are
+// those of the address that is asked for.
+let Own;
+export function asked_by_cesium(url) {
+  Own ??= class extends window.Cesium.Resource {
+    get headers() { return headers_for(this.url); }
+    set headers(_) {}
+    clone(result) { return super.clone(result ?? new Own({ url: this._url })); }
+  };
+  return new Own({ url });
+}
 
-export function show_token_to(request) {
-  for (const [name, value] of Object.entries(headers())) request.setRequestHeader(name, value);
+export function show_token_to(request, url) {
+  for (const [name, value] of Object.entries(headers_for(url))) request.setRequestHeader(name, value);
 }
 
 // Server-sent events, by name: on[name](data). Gives a function that ends them. The stream is read here: an EventSource cannot show a token, and

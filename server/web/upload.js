@@ -31,8 +31,9 @@ export function post_rasters(files, options, on) {
     id = answer.id;
     on.posted(id);
   };
-  request.open("POST", post_address(files, options));
-  show_token_to(request);
+  const address = post_address(files, options);
+  request.open("POST", address);
+  show_token_to(request, address);
   request.send(post_body(files));
   return async () => {
     request.abort();

@@ -38,7 +38,7 @@ async function fetch_json(path) {
 // another host, which is shown no token. Photographs are finer than heights.
 const kFinerImagery = 3;
 const imagery = () => manifest.options?.imagery;
-const headers_for = (url) => (new URL(url, location.href).href.startsWith(dataset) ? headers : {});
+const headers_for = (url) => (new URL(url, location.href).href.startsWith(`${dataset}/`) ? headers : {});
 
 // A picture as an address of this page's own, for clients that cannot show a token for a picture.
 async function picture_of(url) {

@@ -91,6 +91,27 @@ export async function try_private_imagery({ browser, url, id, other, token }) {
   return "its own pictures are shown the token, others' are not";
 }
 
+// A document that names another host: nobody there is shown the token.
+const kElsewhere = "http://elsewhere.test/";
+export async function try_foreign_tiles({ browser, url, id, token, modules }) {
+  for (const address of [`${url}/?dataset=${id}`, `${url}/v1/datasets/${id}/demo/cesium.html`, `${url}/v1/datasets/${id}/demo/threejs.html`]) {
+    const page = await browser.newPage({ viewport: { width: 320, height: 240 } }), asked = [];
+    await serve_libraries(page, modules);
+    await page.addInitScript((mine) => sessionStorage.setItem("cordillera-token", mine), token);
+    await page.route(/\/tileset(-explicit)?\.json/, async (route) => {
+      const text = await (await route.fetch()).text();
+      await route.fulfill({ contentType: "application/json", body: text.replaceAll(/"uri":\s*"/g, `$&${kElsewhere}`) });
+    });
+    await page.route(`${kElsewhere}**`, (route) => { asked.push(route.request().headers()); return route.fulfill({ status: 404 }); });
+    await page.goto(address);
+    for (const until = Date.now() + 120000; asked.length === 0 && Date.now() < until;) await page.waitForTimeout(100);
+    assert.ok(asked.length > 0, `${address}: nobody elsewhere is asked`);
+    assert.ok(asked.every((headers) => !("authorization" in headers)), `${address} shows the token elsewhere`);
+    await page.close();
+  }
+  return "the token stays here";
+}
+
 // A private dataset that names pictures: they lie on it in place of its relief, and whoever has them is shown no token.
 const kWithImagery = ["leaflet", "openlayers", "maplibre", "threejs", "deckgl", "cesium"];
 export async function try_imagery_pages({ browser, url, id, other, token, modules }) {
