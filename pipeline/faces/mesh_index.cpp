@@ -46,12 +46,18 @@ proto::Lattice lattice_of(const LatticeMesh& mesh) {
 MeshIndex::MeshIndex(LatticeMesh mesh) : mesh_(std::move(mesh)) {
   const double wanted = std::sqrt(static_cast<double>(mesh_.triangles.size()) / kTrianglesACell);
   cells_ = std::clamp(static_cast<std::int32_t>(wanted), 1, kMostCells);
+  // Over the mesh, not over the tile: data may be a small spot of a coarse one.
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    std::int32_t low = mesh_.side, high = 0;
+    for (const auto& point : mesh_.points) low = std::min(low, point[axis]), high = std::max(high, point[axis]);
+    axes_[axis] = {static_cast<double>(low), std::max(1.0, static_cast<double>(high) - low)};
+  }
   const auto each_cell = [&](std::uint32_t triangle, const auto& visit) {
     const TriangleCorners c = corners_of(mesh_, triangle);
     const auto [west, east] = std::minmax({c.at[0][0], c.at[1][0], c.at[2][0]});
     const auto [south, north] = std::minmax({c.at[0][1], c.at[1][1], c.at[2][1]});
-    for (std::int32_t row = cell_of(south); row <= cell_of(north); ++row)
-      for (std::int32_t column = cell_of(west); column <= cell_of(east); ++column)
+    for (std::int32_t row = axes_[1].cell_of(south, cells_); row <= axes_[1].cell_of(north, cells_); ++row)
+      for (std::int32_t column = axes_[0].cell_of(west, cells_); column <= axes_[0].cell_of(east, cells_); ++column)
         visit(static_cast<std::size_t>(row) * static_cast<std::size_t>(cells_) + static_cast<std::size_t>(column));
   };
   first_.assign(static_cast<std::size_t>(cells_) * static_cast<std::size_t>(cells_) + 1, 0);
@@ -68,13 +74,20 @@ std::size_t MeshIndex::bytes() const {
          (first_.size() + triangles_.size()) * sizeof(std::uint32_t);
 }
 
-std::int32_t MeshIndex::cell_of(double units) const {
-  return std::clamp(static_cast<std::int32_t>(units / mesh_.side * cells_), 0, cells_ - 1);
+std::int32_t MeshIndex::Axis::cell_of(double units, std::int32_t cells) const {
+  return static_cast<std::int32_t>(std::clamp((units - first) / length * cells, 0.0, cells - 1.0));
+}
+
+std::size_t MeshIndex::most_in_a_cell() const {
+  std::uint32_t most = 0;
+  for (std::size_t cell = 1; cell < first_.size(); ++cell) most = std::max(most, first_[cell] - first_[cell - 1]);
+  return most;
 }
 
 std::optional<std::uint32_t> MeshIndex::triangle_at(double u, double v) const {
-  const auto cell =
-      static_cast<std::size_t>(cell_of(v)) * static_cast<std::size_t>(cells_) + static_cast<std::size_t>(cell_of(u));
+  const auto row = static_cast<std::size_t>(axes_[1].cell_of(v, cells_)),
+             column = static_cast<std::size_t>(axes_[0].cell_of(u, cells_));
+  const std::size_t cell = row * static_cast<std::size_t>(cells_) + column;
   for (std::uint32_t k = first_[cell]; k < first_[cell + 1]; ++k) {
     if (covers(corners_of(mesh_, triangles_[k]), u, v)) return triangles_[k];
   }

@@ -1,5 +1,6 @@
 #pragma once
 // A tile's decoded mesh that can be asked which triangle is over a place.
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -20,6 +21,9 @@ class MeshIndex {
   /// Of everything that it holds, for a cache's account.
   std::size_t bytes() const;
 
+  /// Triangles that a question looks at, at worst.
+  std::size_t most_in_a_cell() const;
+
   /// Triangle over a place in the tile's units from its south-west; of two that share it, the first. None beside the data.
   std::optional<std::uint32_t> triangle_at(double u, double v) const;
 
@@ -27,11 +31,16 @@ class MeshIndex {
   std::optional<double> height_m(double longitude_deg, double latitude_deg) const;
 
  private:
-  std::int32_t cell_of(double units) const;
+  /// What the cells of a row, or of a column, cover: units of the tile.
+  struct Axis {
+    double first = 0, length = 1;
+    std::int32_t cell_of(double units, std::int32_t cells) const;
+  };
   double height_of_nearest_m(double longitude_deg, double latitude_deg, std::uint32_t below) const;
 
   LatticeMesh mesh_;
   std::int32_t cells_ = 1;                // a side
+  std::array<Axis, 2> axes_;              // from the west, from the south
   std::vector<std::uint32_t> first_;      // indexed by cell: where its triangles begin
   std::vector<std::uint32_t> triangles_;  // by cell
 };

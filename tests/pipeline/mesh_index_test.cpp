@@ -121,5 +121,30 @@ TEST(MeshIndex, height_beside_a_pole_is_of_the_triangle_that_the_normal_meets) {
   EXPECT_NEAR(index.height_m(60, 90).value_or(NAN), 0, 0.001);
 }
 
+/// Data may be a small spot of a coarse tile: a question looks at few triangles all the same.
+TEST(MeshIndex, ASmallSpotIsCutIntoCells) {
+  constexpr std::int32_t kSide = 40, kAt = 70'000;
+  LatticeMesh mesh;
+  mesh.z = 2, mesh.x = 5, mesh.y = 2;
+  mesh.side = 256 << 10;
+  mesh.height_step = 1;
+  for (std::int32_t row = 0; row <= kSide; ++row) {
+    for (std::int32_t column = 0; column <= kSide; ++column) mesh.points.push_back({kAt + column, kAt + 2 * row, 0});
+  }
+  for (std::uint32_t row = 0; row < kSide; ++row) {
+    for (std::uint32_t column = 0; column < kSide; ++column) {
+      const std::uint32_t a = row * (kSide + 1) + column, b = a + kSide + 1;
+      mesh.triangles.push_back({a, a + 1, b + 1});
+      mesh.triangles.push_back({a, b + 1, b});
+    }
+  }
+  const MeshIndex index(mesh);
+  EXPECT_LT(index.most_in_a_cell(), 20u);
+  EXPECT_EQ(index.triangle_at(kAt + 7.75, kAt + 2 * 3 + 0.5), 2u * (3 * kSide + 7));
+  EXPECT_FALSE(index.triangle_at(kAt - 1, kAt + 1));
+  EXPECT_FALSE(index.triangle_at(0, 0));
+  EXPECT_FALSE(index.triangle_at(mesh.side, mesh.side));
+}
+
 }  // namespace
 }  // namespace cordillera::pipeline::faces
