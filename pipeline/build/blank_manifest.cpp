@@ -39,6 +39,7 @@ proto::BuildOptions effective(const BuildRequest& request, const proto::Plan& pl
   options.set_min_level(plan.min_level());
   options.set_max_level(plan.finest_level());
   options.set_water_mask(water_mask_name(options));
+  if (plan.options().has_water()) options.set_water(plan.options().water());
   if (!options.has_z_scale()) options.set_z_scale(1);
   if (!options.has_z_offset()) options.set_z_offset(0);
   return options;
@@ -79,6 +80,11 @@ std::string note_on_rounding(const proto::Plan& plan) {
       "is stated",
       finest.target(), rounding);
   return text;
+}
+
+std::string note_on_sea(const BuildRequest& request, const proto::Plan& plan) {
+  if (request.options.has_water() || !plan.options().has_water()) return "";
+  return "still water of exactly 0 m is taken for the sea; water=none takes it for land";
 }
 
 /// A sparse file may have left out zeros, or what was never written.
@@ -127,6 +133,7 @@ proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& p
   if (auto note = note_on_voids(request.members)) manifest.add_notes(std::move(*note));
   if (std::string note = note_on_rounding(plan); !note.empty()) manifest.add_notes(std::move(note));
   if (std::string note = note_on_mask(request.options, source); !note.empty()) manifest.add_notes(std::move(note));
+  if (std::string note = note_on_sea(request, plan); !note.empty()) manifest.add_notes(std::move(note));
   if (std::string note = note_on_unstored(manifest, request.options.voids()); !note.empty()) manifest.add_notes(std::move(note));
   *manifest.mutable_options() = effective(request, plan, source, machine);
   manifest.mutable_options()->set_name(manifest.name());

@@ -8,6 +8,7 @@
 #include "pipeline/plan/ecef_step.h"
 #include "pipeline/plan/plan_options.h"
 #include "pipeline/plan/relief.h"
+#include "pipeline/plan/sample_places.h"
 #include "proto/ellipsoid.h"
 #include "proto/integers.h"
 #include "raster/sample/back_projection.h"
@@ -215,6 +216,17 @@ proto::Result<void> choose_pixels(const proto::Source& source, proto::Plan& plan
   return {};
 }
 
+/// Defaults that depend on the ground.
+void look_at_ground(raster::Source& source, proto::Plan& plan) {
+  const proto::BuildOptions& options = plan.options();
+  const bool heights = !options.has_error() || needs_heights(plan, options.error()),
+             sea = may_have_sea(options, source.description());
+  if (!heights && !sea) return;
+  const std::vector<proto::Samples> places = sample_places(plan, source);
+  if (heights) see_heights(places, plan);
+  if (sea && sees_sea(places, lattice_of(plan), source)) plan.mutable_options()->set_water(0);
+}
+
 }  // namespace
 
 double pixels_within_m(const proto::Plan& plan) {
@@ -243,7 +255,7 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
   if (options.strategy() == gpu::kExact && !exact.ok()) return exact.problem();
   plan.set_exact(exact.ok() && (options.strategy() == gpu::kExact || is_automatic(options)));
   plan.set_block_level(static_cast<std::uint32_t>(block_level(plan)));  // places to look at are found by it
-  if (!options.has_error() || needs_heights(plan, options.error())) see_heights(source, plan);
+  look_at_ground(source, plan);
   const int level_of_error = options.has_max_level() ? range->first : level_of_pixels(source.description());
   const double error = options.has_error() ? options.error() : default_error_m(plan, level_of_error);
   if (plan.exact()) plan_exact_blocks(plan);
@@ -252,6 +264,7 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
   plan.mutable_options()->clear_threads();
   plan.mutable_options()->clear_memory();
   plan.mutable_options()->clear_warnings();
+  plan.mutable_options()->clear_no_water();
   if (options.quality() == "default") plan.mutable_options()->clear_quality();
   if (const auto chosen = choose_pixels(source.description(), plan); !chosen.ok()) return chosen.problem();
   for (int z = range->first; z >= range->second; --z) {

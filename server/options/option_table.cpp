@@ -130,6 +130,13 @@ Complaint apply_number(std::string_view text, Settings& settings) {
   return std::nullopt;
 }
 
+Complaint apply_water(std::string_view text, Settings& settings) {
+  constexpr int kHeight_m = static_cast<int>(proto::kMaxHeight_m);
+  settings.build.set_no_water(text == "none");
+  settings.build.clear_water();
+  return text == "none" ? std::nullopt : apply_number<&BuildOptions::set_water, -kHeight_m, kHeight_m>(text, settings);
+}
+
 /// What each of several rasters may have of its own.
 constexpr std::string_view kOfRaster[] = {"name", "band", "crs", "vertical-datum", "nodata", "voids", "z-scale", "z-offset"};
 
@@ -163,8 +170,9 @@ std::vector<OptionSpec> make_build_options() {
       {"fill-limit", "CELLS", "voids that are wider or higher than this, in cells of the finest level, are not filled",
        "0 to 1024", apply_whole<&BuildOptions::set_fill_limit, raster::kGreatestFillLimit_cells>},
       {"water", "HEIGHT",
-       "pixels of exactly this height, in metres above the vertical datum, are water: quantized-mesh then has water masks",
-       "a height in metres, -16384 to 16384", apply_number<&BuildOptions::set_water, -kHeight_m, kHeight_m>},
+       "pixels of exactly this height, in metres above the vertical datum, are water: pictures show it flat, quantized-mesh has "
+       "masks",
+       "a height in metres, -16384 to 16384, or none", apply_water},
       {"water-mask",
        "FILE",
        "a raster in any CRS that is not zero where water is, in place of water; on the command line only",

@@ -1,6 +1,7 @@
 // Water masks, from the raster to the byte that a client reads.
 #include <cpl_vsi.h>
 #include <gdal_priv.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -38,7 +39,9 @@ std::array<int, 4> png_pixel(const std::string& png, int column, int row) {
   const char* const drivers[] = {"PNG", nullptr};
   std::array<int, 4> out{};
   const GDALDatasetUniquePtr picture(GDALDataset::Open(file, GDAL_OF_RASTER, drivers));
-  EXPECT_EQ(picture->RasterIO(GF_Read, column, row, 1, 1, out.data(), 1, 1, GDT_Int32, 4, nullptr, 0, 0, 0, nullptr), CE_None);
+  const int bands = picture->GetRasterCount();  // three: nothing is clear
+  EXPECT_EQ(picture->RasterIO(GF_Read, column, row, 1, 1, out.data(), 1, 1, GDT_Int32, bands, nullptr, 0, 0, 0, nullptr),
+            CE_None);
   return out;
 }
 
@@ -79,6 +82,16 @@ class Water : public ::testing::Test {
   static bool water_at(const WaterPixels& mask, int column, int row) {
     return (mask.size() == 1 ? mask[0] : mask[static_cast<std::size_t>(row * kWaterSide + column)]) == pipeline::kWater;
   }
+  /// The zoom 9 pixel over a cell of the raster.
+  std::array<int, 4> colour(const std::string& face, int c, int r) {
+    const proto::Lattice lattice{kLevel};
+    const double x = pipeline::faces::longitude_pixel(9, lattice.longitude_deg(kShore.west + c) + lattice.cell_deg() / 2),
+                 y = pipeline::faces::latitude_pixel(9, lattice.latitude_deg(kShore.north - r) - lattice.cell_deg() / 2);
+    const auto png = fetch(face.substr(0, face.find('?')) + "/9/" + std::to_string(static_cast<int>(x / 256)) + "/" +
+                               std::to_string(static_cast<int>(y / 256)) + ".png",
+                           face.find('?') == face.npos ? "" : face.substr(face.find('=') + 1));
+    return png_pixel(png.value(), static_cast<int>(x) % 256, static_cast<int>(y) % 256);
+  }
   /// All pixels of the finest level against the function that the raster was made from.
   void expect_sea_exactly() {
     std::size_t checked = 0, water = 0, whole = 0;
@@ -116,21 +129,31 @@ TEST_F(Water, IsWhereTheRasterIsExactlySoHigh) {
   expect_sea_exactly();
 }
 
+TEST_F(Water, OfASeaIsFoundByItself) {
+  proto::BuildOptions above_geoid;
+  above_geoid.set_vertical_datum("EGM96");
+  build(above_geoid);
+  EXPECT_EQ(manifest_.options().water(), 0);
+  EXPECT_THAT(manifest_.notes(), testing::Contains(testing::HasSubstr("water=none")));
+  expect_sea_exactly();
+  for (const auto& [c, r] : {std::pair(20, 20), std::pair(100, 300), std::pair(295, 20), std::pair(200, 580)})
+    EXPECT_EQ(colour("terrarium", c, r), (std::array{128, 0, 0, 0})) << "the mesh is off by as much as 30 m";
+  EXPECT_NE(colour("terrarium", 600, 100), (std::array{128, 0, 0, 0}));
+  above_geoid.set_no_water(true);
+  build(above_geoid);
+  EXPECT_FALSE(manifest_.options().has_water());
+  EXPECT_EQ(Json::parse(*fetch("layer.json"))["extensions"], Json::array({"octvertexnormals"}));
+}
+
+TEST_F(Water, IsNotLookedForAboveTheEllipsoid) {
+  build({});
+  EXPECT_FALSE(manifest_.options().has_water());
+}
+
 TEST_F(Water, IsBlueInPicturesOfTheAtlas) {
   proto::BuildOptions options;
   options.set_water(321);
   build(options);
-  // The zoom 9 pixel over a cell of the raster.
-  proto::Lattice lattice;
-  lattice.finest_level = kLevel;
-  const auto colour = [&](const std::string& face, int c, int r) {
-    const double x = pipeline::faces::longitude_pixel(9, lattice.longitude_deg(kShore.west + c) + lattice.cell_deg() / 2),
-                 y = pipeline::faces::latitude_pixel(9, lattice.latitude_deg(kShore.north - r) - lattice.cell_deg() / 2);
-    const auto png = fetch(face.substr(0, face.find('?')) + "/9/" + std::to_string(static_cast<int>(x / 256)) + "/" +
-                               std::to_string(static_cast<int>(y / 256)) + ".png",
-                           face.find('?') == face.npos ? "" : face.substr(face.find('=') + 1));
-    return png_pixel(png.value(), static_cast<int>(x) % 256, static_cast<int>(y) % 256);
-  };
   const auto blue = [](const std::array<int, 4>& rgba) { return rgba[2] - rgba[0]; };
   for (const char* face : {"relief", "color-relief", "color-relief?ramp=atlas"}) {
     EXPECT_GT(blue(colour(face, 550, 300)), 40) << face << ": the lake";

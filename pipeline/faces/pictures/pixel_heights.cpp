@@ -7,6 +7,7 @@
 
 #include "pipeline/faces/map_window.h"
 #include "pipeline/faces/outline_fill.h"
+#include "pipeline/faces/pictures/water_pixels.h"
 #include "pipeline/faces/web_mercator.h"
 
 namespace cordillera::pipeline::faces {
@@ -14,9 +15,11 @@ namespace {
 
 constexpr std::int32_t kSide = kTilePixels + 2 * kMargin;
 
-MapWindow window_of(const Place& place, int level) {
-  return {place.z, level, std::int64_t{kTilePixels} * place.x - kMargin, std::int64_t{kTilePixels} * place.y - kMargin, kSide,
-          kSide,   {}};
+/// As the meshes have them, and water as it is known.
+proto::Result<void> draw(const Terrain& terrain, MapWindow& window) {
+  if (const auto done = draw_heights(terrain, window); !done) return done.problem();
+  lay_water(terrain, window);
+  return {};
 }
 
 template <class Shows>
@@ -63,8 +66,8 @@ proto::Result<std::optional<PixelHeights>> pixel_heights(const Terrain& terrain,
   PixelHeights grid;
   grid.level = level_of(terrain.manifest(), zooms, place.z, row_latitude_deg(*extent, place.z, place.y));
   grid.side = kSide;
-  MapWindow window = window_of(place, grid.level);
-  if (const auto done = draw_heights(terrain, window); !done) return done.problem();
+  MapWindow window = window_of(place, grid.level, kMargin);
+  if (const auto done = draw(terrain, window); !done) return done.problem();
   grid.height_m = std::move(window.height_m);
   grid.data = any_pixel(grid, [](double height_m) { return !std::isnan(height_m); });
   return std::optional(std::move(grid));
@@ -74,7 +77,7 @@ proto::Result<std::optional<PixelHeights>> filled_grid(const Terrain& terrain, c
   auto grid = pixel_heights(terrain, place);
   if (!grid || !*grid) return grid;
   PixelHeights& heights = **grid;
-  MapWindow window = window_of(place, heights.level);
+  MapWindow window = window_of(place, heights.level, kMargin);
   window.height_m = std::move(heights.height_m);
   const auto filled = fill_gaps(terrain, window, beyond);
   if (!filled) return filled.problem();
@@ -85,7 +88,7 @@ proto::Result<std::optional<PixelHeights>> filled_grid(const Terrain& terrain, c
 }
 
 proto::Result<void> filled_window(const Terrain& terrain, MapWindow& window, Beyond beyond) {
-  if (const auto done = draw_heights(terrain, window); !done) return done.problem();
+  if (const auto done = draw(terrain, window); !done) return done.problem();
   if (const auto filled = fill_gaps(terrain, window, beyond); !filled) return filled.problem();
   return {};
 }

@@ -104,7 +104,7 @@ std::vector<std::uint8_t> painted(const Style& style, const Terrain& terrain, co
   const auto colours = style.colours(terrain, place.ramp);
   std::vector<std::uint8_t> out(std::size_t{4} * kTilePixels * kTilePixels, 0);
   if (!colours) return out;  // whoever asks for the tile was told before
-  const std::vector<float> water = colours->sea ? water_pixels(terrain, place, grid.level) : std::vector<float>();
+  const std::vector<float> water = colours->sea ? water_pixels(terrain, window_of(place, grid.level, 0)) : std::vector<float>();
   auto pixel = out.begin();
   for (std::int32_t row = 0; row < kTilePixels; ++row) {
     const PixelSize size = pixel_size(place, row);

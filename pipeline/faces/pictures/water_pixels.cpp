@@ -1,10 +1,10 @@
 #include "pipeline/faces/pictures/water_pixels.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 
+#include "pipeline/faces/terrain.h"
 #include "pipeline/faces/web_mercator.h"
 #include "pipeline/store/water_mask.h"
 
@@ -19,8 +19,9 @@ std::int64_t cell_at(double from_start_deg, int level, std::int64_t tiles) {
 
 }  // namespace
 
-std::vector<float> water_pixels(const Terrain& terrain, const Place& place, int level) {
+std::vector<float> water_pixels(const Terrain& terrain, const MapWindow& window) {
   if (!has_water(terrain.manifest().options())) return {};
+  const int level = window.level;
   std::map<proto::TileAddress, WaterPixels> masks;
   const auto share = [&](std::int64_t x, std::int64_t y) {
     const proto::TileAddress tile{level, static_cast<std::int32_t>(x / kWaterSide), static_cast<std::int32_t>(y / kWaterSide)};
@@ -29,19 +30,30 @@ std::vector<float> water_pixels(const Terrain& terrain, const Place& place, int 
     const auto row = static_cast<std::size_t>(kWaterSide - 1 - y % kWaterSide);
     return mask->second.empty() ? 0.0F : static_cast<float>(mask->second[row * kWaterSide + x % kWaterSide]) / kWater;
   };
-  std::array<std::int64_t, kTilePixels> x{};
-  for (std::int32_t column = 0; column < kTilePixels; ++column) {
-    const double longitude_deg = pixel_longitude_deg(place.z, double{kTilePixels} * place.x + column + 0.5);
-    x[static_cast<std::size_t>(column)] = cell_at(longitude_deg + 180, level, proto::tiles_across(level));
+  std::vector<std::int64_t> x;
+  for (std::int32_t column = 0; column < window.columns; ++column) {
+    const double longitude_deg = pixel_longitude_deg(window.zoom, static_cast<double>(window.west + column) + 0.5);
+    x.push_back(cell_at(longitude_deg + 180, level, proto::tiles_across(level)));
   }
   std::vector<float> out;
-  out.reserve(std::size_t{kTilePixels} * kTilePixels);
-  for (std::int32_t row = 0; row < kTilePixels; ++row) {
-    const double latitude_deg = pixel_latitude_deg(place.z, double{kTilePixels} * place.y + row + 0.5);
+  out.reserve(static_cast<std::size_t>(window.columns) * static_cast<std::size_t>(window.rows));
+  for (std::int32_t row = 0; row < window.rows; ++row) {
+    const double latitude_deg = pixel_latitude_deg(window.zoom, static_cast<double>(window.north + row) + 0.5);
     const std::int64_t y = cell_at(latitude_deg + 90, level, proto::tiles_up(level));
     for (const std::int64_t at : x) out.push_back(share(at, y));
   }
   return out;
+}
+
+void lay_water(const Terrain& terrain, MapWindow& window) {
+  constexpr float kMostly = 0.5F;
+  const proto::Manifest& manifest = terrain.manifest();
+  // Of a mask alone nobody knows the height. Pictures may count from another datum than the raster.
+  if (!manifest.options().has_water() || terrain.geoid_name() != manifest.source().vertical_datum()) return;
+  const std::vector<float> water = water_pixels(terrain, window);
+  for (std::size_t k = 0; k < water.size(); ++k) {
+    if (water[k] > kMostly && !std::isnan(window.height_m[k])) window.height_m[k] = manifest.options().water();
+  }
 }
 
 }  // namespace cordillera::pipeline::faces
