@@ -113,9 +113,10 @@ export class Looks {
     const { imageryLayers } = this.tileset;
     for (const one of this.overlay) imageryLayers.remove(one);
     this.laid = pictures;
-    this.overlay = pictures.map(single_picture);
+    this.overlay = pictures.map((picture) => single_picture(picture, () => draw_frames(this.scene)));
     for (const one of this.overlay) imageryLayers.add(one);
     this.blend();
+    draw_frames(this.scene);
   }
 
   async about(look, ramp) {
@@ -169,9 +170,23 @@ function imagery_layer(imagery, own, on_words) {
 
 // rectangle: west, south, east and north in metres of Web Mercator. Tilesets ask for one level less than a provider
 // has, so CesiumJS's own provider of single pictures, which has one, shows nothing on them.
-function single_picture({ url, rectangle: [west, south, east, north], width, height }) {
+function single_picture({ url, rectangle: [west, south, east, north], width, height }, on_there) {
   const tilingScheme = new Cesium.WebMercatorTilingScheme({
     rectangleSouthwestInMeters: new Cesium.Cartesian2(west, south), rectangleNortheastInMeters: new Cesium.Cartesian2(east, north) });
   const provider = new UrlTemplateImageryProvider({ url, tilingScheme, rectangle: tilingScheme.rectangle, maximumLevel: 1, tileWidth: width, tileHeight: height });
+  const request = provider.requestImage.bind(provider);
+  provider.requestImage = (...place) => {
+    const image = request(...place);
+    image?.then(on_there);
+    return image;
+  };
   return new ImageryLayer(provider);
+}
+
+// CesiumJS takes several frames to lay a picture on tiles, and shows none of these meanwhile. Where nothing is fetched nobody else has them drawn.
+const kFrames = 20;
+function draw_frames(scene) {
+  let left = kFrames;
+  const stop = scene.postRender.addEventListener(() => (--left > 0 ? scene.requestRender() : stop()));
+  scene.requestRender();
 }

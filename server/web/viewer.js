@@ -120,6 +120,7 @@ let placeholder = null;
 function await_terrain(bounds) {
   if (placeholder) page.scene.primitives.remove(placeholder);
   placeholder = bounds ? page.scene.primitives.add(outline(bounds)) : null;
+  page.scene.requestRender();
   panel.show_loading(Boolean(bounds));
 }
 
