@@ -9,6 +9,7 @@
 #include "server/datasets/ledger.h"
 #include "server/datasets/registry_file.h"
 #include "server/datasets/upload.h"
+#include "server/http/dataset_id.h"
 #include "server/log/log.h"
 
 namespace cordillera::server {
@@ -28,6 +29,7 @@ std::vector<fs::path> dataset_folders(const Layout& layout) {
 
 /// What its folder says, with the state that it had come to; none: nothing that could be served or built.
 std::optional<Dataset> dataset_in(const Layout& layout, const std::string& id) {
+  if (!is_id(id)) return std::nullopt;  // no address could name it
   const fs::path folder = layout.dataset(id);
   auto dataset = read_record(folder);
   if (dataset) {
@@ -120,7 +122,7 @@ Adopted adopt_folders(const Layout& layout, Registry& registry) {
   std::error_code error;
   for (const fs::path& folder : dataset_folders(layout)) {
     const std::string id = folder.filename().string();
-    if (registry.find(id)) continue;
+    if (registry.holds(id)) continue;
     if (is_marked_deleted(folder)) {
       log_info("dataset " + id + " was being deleted: removed");
       if (remove_dataset_folder(layout, id)) log_warning("dataset " + id + ": its folder cannot be removed");
@@ -140,7 +142,7 @@ Adopted adopt_folders(const Layout& layout, Registry& registry) {
   }
   for (const auto& entry : fs::directory_iterator(layout.datasets(), error)) {
     std::error_code kept;
-    if (!registry.find(entry.path().filename().string())) fs::remove(entry.path(), kept);  // empty ones alone go this way
+    if (!registry.holds(entry.path().filename().string())) fs::remove(entry.path(), kept);  // empty ones alone go this way
   }
   return done;
 }

@@ -79,7 +79,9 @@ proto::Result<void> write_record(const fs::path& folder, const Dataset& dataset,
 
 std::optional<Dataset> read_record(const fs::path& folder) {
   const auto record = record_in(folder);
-  return record ? std::optional(dataset_of(*record)) : std::nullopt;
+  if (!record) return std::nullopt;
+  Dataset dataset = dataset_of(*record);
+  return stays_in_its_folder(dataset) ? std::optional(std::move(dataset)) : std::nullopt;
 }
 
 FormerWords former_words(const fs::path& folder) {

@@ -47,8 +47,12 @@ proto::Result<proto::SourceChanges> read_file(const fs::path& folder) {
   if (!is_changeable(folder)) return changes;
   const fs::path place = folder / kChangesFile;
   const auto text = proto::bytes_of_file(place);
-  if (text && read_list(*text, &changes)) return changes;
-  return damaged(place, "is missing or cannot be read");
+  if (!text || !read_list(*text, &changes)) return damaged(place, "is missing or cannot be read");
+  const auto stays = [](const auto& source) { return may_be_raster(source.spec().path()); };
+  const bool all_stay = std::ranges::all_of(
+      changes.pending(), [&](const auto& change) { return stays(change.source()) && std::ranges::all_of(change.more(), stays); });
+  if (!all_stay) return damaged(place, "names a raster outside its folder");
+  return changes;
 }
 
 template <class T>
@@ -91,6 +95,13 @@ void insert(std::vector<proto::DatasetSource>& sources, std::size_t position, co
 }
 
 }  // namespace
+
+bool may_be_raster(std::string_view path) {
+  constexpr std::string_view kNoNameHas("/\0", 2);
+  const std::string sources = std::string(kSources) + "/";
+  if (path.starts_with(sources)) path.remove_prefix(sources.size());
+  return path != "." && path != ".." && path.find_first_of(kNoNameHas) == path.npos;
+}
 
 bool has_target(const fs::path& folder) {
   std::error_code error;

@@ -16,6 +16,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "pipeline/store/store_revise.h"
@@ -32,6 +33,9 @@ inline constexpr const char* kNextStore = "next.sqlite";
 inline constexpr const char* kSources = "sources";
 inline constexpr const char* kVersions = "versions";
 
+/// Whether a row, a record or a list may say that this is a raster in its dataset's folder: one name, in kSources or not. Those
+/// of a restored backup may be anybody's.
+bool may_be_raster(std::string_view path);
 /// Whether rasters of the dataset in the folder can be changed.
 bool is_changeable(const std::filesystem::path& folder);
 /// Whether a version of it is to be built: a job in the folder builds that.

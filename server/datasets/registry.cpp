@@ -6,7 +6,9 @@
 #include <unordered_map>
 
 #include "pipeline/store/sqlite.h"
+#include "server/datasets/ledger.h"
 #include "server/datasets/registry_file.h"
+#include "server/http/dataset_id.h"
 
 namespace cordillera::server {
 namespace {
@@ -37,6 +39,7 @@ class KeptRegistry : public Registry {
     const auto found = by_id_.find(id);
     return found == by_id_.end() ? nullptr : found->second;
   }
+  bool holds(const std::string& id) const override { return find(id) || file_->holds(id); }
   Row find_by_key(const std::string& owner, const std::string& key) const override {
     const std::shared_lock lock(mutex_);
     const auto found = by_key_.find({owner, key});
@@ -146,6 +149,8 @@ class KeptRegistry : public Registry {
 };
 
 }  // namespace
+
+bool stays_in_its_folder(const Dataset& dataset) { return is_id(dataset.id) && updates::may_be_raster(dataset.raster); }
 
 std::string to_string(State state) {
   switch (state) {

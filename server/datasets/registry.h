@@ -36,6 +36,9 @@ struct Dataset {
   bool mounted = false;     ///< published elsewhere and only read here (mounts.h); the registry has none of these
 };
 
+/// Whether neither its id nor its raster names a place outside its folder.
+bool stays_in_its_folder(const Dataset& dataset);
+
 /// A row as it was at one moment; null: there is none.
 using Row = std::shared_ptr<const Dataset>;
 
@@ -62,7 +65,8 @@ inline constexpr int kDataVersion = 1;
 inline constexpr std::int64_t kBeforeAll = std::numeric_limits<std::int64_t>::max();
 
 /// Thread-safe. What open() gives keeps all rows in memory: who reads waits neither for the disk nor for who writes. All but
-/// open() throw RegistryError; a row that is not found is another matter.
+/// open() throw RegistryError; a row that is not found is another matter. Rows that do not stay in their folder are left out, and
+/// stay in the file.
 class Registry {
  public:
   /// "data-version", "data-unusable": among others another program's database.
@@ -77,6 +81,8 @@ class Registry {
   /// False if the id, or the owner's idempotency key, is taken. True: the row is in the file itself, not in its log alone.
   virtual bool add(const Dataset& dataset) = 0;
   virtual Row find(const std::string& id) const = 0;
+  /// Whether the file has a row of this id, one that is left out, too: its folder is nobody else's.
+  virtual bool holds(const std::string& id) const = 0;
   virtual Row find_by_key(const std::string& owner, const std::string& idempotency_key) const = 0;
   /// At most `most`, newest first, of those with a number below.
   virtual std::vector<Row> below(std::int64_t number, std::size_t most) const = 0;

@@ -2,11 +2,11 @@
 
 #include <unistd.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <new>
 
 #include "server/http/json.h"
+#include "server/log/log.h"
 
 namespace cordillera::server {
 namespace {
@@ -201,6 +201,11 @@ std::int64_t RegistryFile::insert(const Dataset& dataset) {
 
 Row RegistryFile::find(const std::string& id) const { return find_where("id", id); }
 
+bool RegistryFile::holds(const std::string& id) const {
+  const std::lock_guard lock(mutex_);
+  return used([&] { return Statement(database_, "SELECT 1 FROM datasets WHERE id = ?").bind(Text{id}).step(); });
+}
+
 Row RegistryFile::find_by_key(const std::string& owner, const std::string& key) const {
   const auto column = key_column(owner, key);
   return column ? find_where("idempotency_key", *column) : nullptr;
@@ -210,9 +215,16 @@ std::vector<Row> RegistryFile::below(std::int64_t number, std::size_t most) cons
   const std::lock_guard lock(mutex_);
   return used([&] {
     std::vector<Row> some;
-    Statement select(database_, std::string(kColumns) + "WHERE number < ? ORDER BY number DESC LIMIT ?");
-    select.bind(number, static_cast<std::int64_t>(std::min<std::size_t>(most, kBeforeAll)));
-    while (select.step()) some.push_back(dataset_from(select));
+    Statement select(database_, std::string(kColumns) + "WHERE number < ? ORDER BY number DESC");
+    select.bind(number);
+    while (some.size() < most && select.step()) {
+      Row row = dataset_from(select);
+      if (stays_in_its_folder(*row))
+        some.push_back(std::move(row));
+      else
+        log_warning("dataset '" + row->id + "' with the raster '" + row->raster +
+                    "' is left out of what the registry has: that is no id, or the raster lies outside its folder");
+    }
     return some;
   });
 }
@@ -280,7 +292,8 @@ Row RegistryFile::find_where(const std::string& column, const std::string& value
   return used([&]() -> Row {
     Statement select(database_, std::string(kColumns) + "WHERE " + column + " = ?");
     select.bind(Text{value});
-    return select.step() ? dataset_from(select) : nullptr;
+    Row row = select.step() ? dataset_from(select) : nullptr;
+    return row && stays_in_its_folder(*row) ? row : nullptr;
   });
 }
 

@@ -24,6 +24,7 @@ class RegistryFile : public Registry {
   /// The number that the row got; 0: what must be unique is taken.
   std::int64_t insert(const Dataset& dataset);
   Row find(const std::string& id) const override;
+  bool holds(const std::string& id) const override;
   Row find_by_key(const std::string& owner, const std::string& key) const override;
   std::vector<Row> below(std::int64_t number, std::size_t most) const override;
   StateCounts counts() const override;

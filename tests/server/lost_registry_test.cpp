@@ -8,6 +8,7 @@
 #include "server/datasets/adoption.h"
 #include "server/datasets/data_folder.h"
 #include "server/datasets/dataset_folder.h"
+#include "server/datasets/ledger.h"
 
 namespace cordillera::server {
 namespace {
@@ -234,6 +235,88 @@ TEST_F(LostRegistry, WhatIsNoDatasetIsSetAside) {
   EXPECT_FALSE(fs::exists(layout().orphans() / "nobody"));
   test_.start();
   EXPECT_EQ(listed().size(), 1u);
+}
+
+/// What a row names is joined to the folder of datasets, and a restored backup may be anybody's.
+TEST_F(LostRegistry, ARowThatNamesAPlaceOutsideItsFolderIsLeftOutAndNothingThereIsTouched) {
+  const std::string kept = post(), within = post({{"name", "within.tif"}});
+  test_.stop();
+  const fs::path victim = test_.folder() / "VICTIM";
+  fs::create_directories(victim);
+  std::ofstream(victim / "letter.txt") << "dear all";
+  std::ofstream(layout().dataset(within) / "letter.txt") << "dear all";
+  {
+    pipeline::Database database(registry().string(), pipeline::Database::Mode::create);
+    database.execute("UPDATE datasets SET raster = '../../../VICTIM/letter.txt', state = 'running' WHERE id = '" + within + "'");
+    int number = 100;
+    for (const std::string state : {"queued", "running", "ready", "failed"}) {
+      for (const std::string& id : {std::string("../../VICTIM"), victim.string(), std::string(".."), std::string("Upper")}) {
+        database.execute(
+            "INSERT INTO datasets (number, id, name, state, options, created, raster, options_hash, body_hash) "
+            "VALUES (" +
+            std::to_string(++number) + ", '" + id + "', 'x', '" + state +
+            "', '{}', '2026-01-01T00:00:00Z', 'letter.txt', '', '')");
+      }
+      test_.start();
+      EXPECT_EQ(listed().size(), 1u) << state;
+      EXPECT_TRUE(serves(kept));
+      EXPECT_EQ(test_.get("/v1/datasets/" + within, headers()).status, 404);
+      test_.stop();
+      ASSERT_TRUE(vacuum(layout(), Orphans::remove));
+      const auto files = [](const fs::path& folder) {
+        return std::distance(fs::directory_iterator(folder), fs::directory_iterator());
+      };
+      EXPECT_EQ(file_text(victim / "letter.txt"), "dear all") << state;
+      EXPECT_EQ(files(victim), 1) << state;
+      EXPECT_EQ(file_text(layout().dataset(within) / "letter.txt"), "dear all") << "a row that is left out keeps its folder";
+      EXPECT_EQ(database.integer("SELECT COUNT(*) FROM datasets WHERE number > 100"), 4) << "the rows stay in the file";
+      database.execute("DELETE FROM datasets WHERE number > 100");
+    }
+  }
+}
+
+TEST_F(LostRegistry, NorIsARecordAdoptedThatDoes) {
+  const std::string id = post(), other = post();
+  test_.stop();
+  const fs::path outside = test_.folder() / "letter.txt", folder = layout().dataset(id);
+  std::ofstream(outside) << "GOOD";
+  Dataset dataset = *read_record(folder);
+  dataset.raster = "../../../letter.txt";
+  ASSERT_TRUE(write_record(folder, dataset).ok());
+  fs::remove(folder / kStoreFile);
+  fs::rename(layout().dataset(other), layout().dataset("Not_An_Id"));
+  {
+    auto opened = Registry::open(registry().string());
+    ASSERT_TRUE(opened);
+    for (const std::string& gone : {id, other}) (*opened)->remove(gone);
+  }
+  test_.start();
+  EXPECT_TRUE(listed().empty());
+  for (const std::string& aside : {id, std::string("Not_An_Id")}) EXPECT_TRUE(fs::exists(layout().orphans() / aside)) << aside;
+  EXPECT_EQ(file_text(outside), "GOOD");
+}
+
+TEST_F(LostRegistry, NorIsAListOfChangesReadThatDoes) {
+  const Layout restored{test_.folder() / "restored"};
+  fs::create_directories(restored.dataset("some"));
+  for (const auto& [path, good] : std::vector<std::pair<std::string, bool>>{{"sources/abc.tif", true},
+                                                                            {"source.tif", true},
+                                                                            {"", true},
+                                                                            {"../letter.txt", false},
+                                                                            {"sources/../../letter.txt", false},
+                                                                            {"sources/..", false},
+                                                                            {"..", false},
+                                                                            {"/etc/passwd", false}}) {
+    for (const bool behind : {false, true}) {
+      proto::SourceChange change;
+      (behind ? change.add_more() : change.mutable_source())->mutable_spec()->set_path(path);
+      ASSERT_TRUE(updates::begin(restored.dataset("some"), change).ok());
+      if (good)
+        EXPECT_EQ(updates::Ledger(restored).read("some").pending_size(), 1) << path;
+      else
+        EXPECT_THROW(updates::Ledger(restored).read("some"), pipeline::StoreError) << path;
+    }
+  }
 }
 
 /// A kill at any step of a deletion.
