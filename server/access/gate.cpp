@@ -44,6 +44,13 @@ bool came_through_a_proxy(const Request& request) {
   return std::any_of(kHeaders.begin(), kHeaders.end(), [&](const char* name) { return request.header(name).has_value(); });
 }
 
+/// A name that a stranger points at 127.0.0.1 makes his page one of ours, as browsers see it. And what a proxy hands on comes
+/// from everywhere.
+bool came_from_beyond(const Request& request) {
+  const auto host = request.header("host");
+  return (host && !is_loopback(host_of(*host))) || came_through_a_proxy(request);
+}
+
 Problem too_low(const Identity& who, Role needed) {
   return {"role-too-low",
           "the token '" + who.name + "' has the role " + to_string(who.role) + "; this takes " + to_string(needed),
@@ -73,12 +80,22 @@ proto::Result<std::unique_ptr<Gate>> Gate::open(const AccessSettings& settings) 
 }
 
 proto::Result<Identity> Gate::identify(const Request& request) const {
-  if (!has_tokens()) return Identity{Role::admin, ""};
+  if (!has_tokens()) return identify_without_tokens(request);
   const auto token = bearer_of(request);
   if (!token) return Identity{};
   Identity found = tokens_->find(*token);
   if (found.role != Role::none) return found;
   return Problem{"token-invalid", "the token is not, or no longer, one of this service", kHeader, "Authorization"};
+}
+
+/// Who may not write by being here reads nothing private either: what was posted while there were tokens stays closed.
+Identity Gate::identify_without_tokens(const Request& request) const {
+  Identity who;
+  if (!refuse_without_tokens(request)) who.role = Role::admin;
+  // Only with --insecure-writes do others reach the port at all.
+  const bool here = is_loopback(host_of(settings_.listen)) || is_loopback(request.client);
+  who.from_beyond = !here || came_from_beyond(request);
+  return who;
 }
 
 std::optional<Problem> Gate::refuse(const Request& request, Role needed) const {
@@ -100,12 +117,7 @@ std::optional<Problem> Gate::refuse_without_tokens(const Request& request) const
     return Problem{"origin-forbidden", "a page of another site may not write here",
                    "a page of this service, or a program that is no browser", "Origin"};
   }
-  if (settings_.insecure_writes) return std::nullopt;
-  // A name that a stranger points at 127.0.0.1 makes his page one of ours, as browsers see it. And what a proxy hands on
-  // comes from everywhere.
-  const auto host = request.header("host");
-  const bool by_name = host && !is_loopback(host_of(*host)) && is_loopback(host_of(settings_.listen));
-  if (!by_name && !came_through_a_proxy(request)) return std::nullopt;
+  if (settings_.insecure_writes || !came_from_beyond(request)) return std::nullopt;
   return Problem{"token-missing", "writing from beyond this machine takes a token, and this service was started without any",
                  "cordillera serve --tokens FILE, or --insecure-writes where everybody may write", "Authorization"};
 }

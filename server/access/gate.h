@@ -1,6 +1,6 @@
 #pragma once
 // Who may do what. With tokens: reading is open, but for what is private; writing takes a token. Without: everybody who reaches
-// a loopback address may do everything, pages of other sites and strangers behind a proxy apart.
+// a loopback address may do everything, pages of other sites and strangers behind a proxy apart; those read what is public.
 #include <memory>
 #include <optional>
 #include <string>
@@ -36,6 +36,7 @@ class Gate {
 
  private:
   Gate() = default;
+  Identity identify_without_tokens(const Request& request) const;
   std::optional<proto::Problem> refuse_without_tokens(const Request& request) const;
 
   AccessSettings settings_;

@@ -119,7 +119,7 @@ std::optional<Response> not_as_said(Service& service, const Request& request, co
 
 proto::Problem unknown_to(const Request& request, const std::string& id) {
   proto::Problem problem = unknown_dataset(id);
-  if (request.who.role >= access::Role::read) return problem;
+  if (request.who.role >= access::Role::read) return problem;  // by --insecure-writes, too: there is no token to be had
   problem.detail += " that may be read without a token";
   problem.accepted += "; for a private one a header Authorization: Bearer TOKEN";
   return problem;

@@ -55,9 +55,7 @@ void log(const Exchange& exchange, const Response& response) {
 
 }  // namespace
 
-bool may_see(const Request& request, const Dataset& dataset) {
-  return !dataset.is_private || request.who.role >= access::Role::read;
-}
+bool may_see(const Request& request, const Dataset& dataset) { return !dataset.is_private || request.who.reads_private(); }
 
 void finish(Service& service, const Exchange& exchange, Response& response) {
   const Request& request = exchange.request;

@@ -107,6 +107,7 @@ proto::Result<Row> live_row(Service& service, const Request& request, const Live
       if (refused->type == "origin-forbidden") refused->accepted += ", or cordillera serve --live-open";
       return *refused;
     }
+    if (found && !may_see(request, *found)) return unknown_to(request, asked.address);
   }
   return service.live().find_or_make(asked.key(), [&] { return make_within_limits(service, request, asked); });
 }

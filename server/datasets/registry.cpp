@@ -1,5 +1,6 @@
 #include "server/datasets/registry.h"
 
+#include <algorithm>
 #include <functional>
 #include <map>
 #include <shared_mutex>
@@ -160,6 +161,10 @@ std::string to_string(State state) {
     case State::failed: break;
   }
   return "failed";
+}
+
+std::size_t count_private(const Registry& registry) {
+  return static_cast<std::size_t>(std::ranges::count_if(registry.list(), [](const Row& row) { return row->is_private; }));
 }
 
 proto::Result<std::unique_ptr<Registry>> Registry::open(const std::string& path) {

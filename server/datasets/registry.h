@@ -98,4 +98,7 @@ class Registry {
   virtual void compact() = 0;
 };
 
+/// Datasets that are read with a token only.
+std::size_t count_private(const Registry& registry);
+
 }  // namespace cordillera::server

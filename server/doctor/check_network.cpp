@@ -3,6 +3,8 @@
 #include <unistd.h>
 
 #include "server/access/gate.h"
+#include "server/data/layout.h"
+#include "server/datasets/registry.h"
 #include "server/doctor/doctor.h"
 #include "server/doctor/port.h"
 
@@ -26,6 +28,20 @@ Finding access_of(const ServeSettings& serve) {
   return Finding{"access", Health::good, "whoever is on this machine may write, nobody else", ""};
 }
 
+/// Private datasets of a service without tokens; nothing: there are none, or another finding says what is wrong with the folder.
+std::optional<Finding> private_ones(const ServeSettings& serve) try {
+  std::error_code error;
+  const auto gate = access::Gate::open({serve.listen, serve.tokens, serve.token_lines, serve.insecure_writes});
+  const auto file = Layout{serve.data}.registry();
+  if (!gate || (*gate)->has_tokens() || !std::filesystem::exists(file, error)) return std::nullopt;
+  const std::size_t hidden = count_private(*Registry::read_only(file.string()));
+  if (hidden == 0) return std::nullopt;
+  return Finding{"private", Health::warning,
+                 "without tokens only this machine reads what is private (" + std::to_string(hidden) +
+                     (hidden == 1 ? " dataset)" : " datasets)"),
+                 "--tokens FILE, if others are to read it"};
+} catch (const RegistryError&) { return std::nullopt; }
+
 Finding descriptors() {
   rlimit limit{};
   getrlimit(RLIMIT_NOFILE, &limit);
@@ -40,6 +56,7 @@ Finding descriptors() {
 void check_network(const Settings& settings, Findings& findings) {
   findings.push_back(port(settings.serve.listen));
   findings.push_back(access_of(settings.serve));
+  if (auto found = private_ones(settings.serve)) findings.push_back(*found);
   findings.push_back(descriptors());
 }
 

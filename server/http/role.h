@@ -14,7 +14,10 @@ enum class Role {
 
 struct Identity {
   Role role = Role::none;
-  std::string name;  ///< of the token; empty: none was shown
+  std::string name;          ///< of the token; empty: none was shown
+  bool from_beyond = false;  ///< without tokens: not this machine, whatever it may do by --insecure-writes
+
+  bool reads_private() const { return role >= Role::read && !from_beyond; }
 };
 
 inline const char* to_string(Role role) {

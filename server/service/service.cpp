@@ -23,6 +23,14 @@ proto::Result<std::unique_ptr<access::Gate>> open_gate(const Settings& settings)
                         "--private"};
 }
 
+/// They were posted while there were tokens; who left those out may not know.
+void warn_of_private(const access::Gate& gate, const Registry& registry) {
+  const std::size_t hidden = gate.has_tokens() ? 0 : count_private(registry);
+  if (hidden > 0)
+    log_warning("there are no tokens: only this machine reads what is private (" + std::to_string(hidden) +
+                (hidden == 1 ? " dataset)" : " datasets)") + "; --tokens FILE lets others read it");
+}
+
 /// What a process that was killed had no time to do: deletions, states, records; rasters of finished builds and folders of failed
 /// ones to be removed.
 void put_in_order(const Layout& layout, Registry& registry, updates::Ledger& ledger, std::size_t keep) {
@@ -109,6 +117,7 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
     adopt_folders(layout, *service->registry_);
     put_in_order(layout, *service->registry_, service->ledger_, settings.serve.keep_versions);
     service->uploads_.remove_old();
+    warn_of_private(**gate, *service->registry_);
   } catch (const RegistryError& broken) { return unusable(broken.what()); }
   for (const Row& mounted : service->mounts_.list()) {
     if (!service->registry_->find(mounted->id)) continue;

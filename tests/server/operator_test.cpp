@@ -252,6 +252,8 @@ TEST_F(Operator, DoctorAsksWhatServeAsks) {
     EXPECT_THAT(served.output, HasSubstr(std::string(found["what"]))) << what;
     std::filesystem::copy_file(kept, registry, std::filesystem::copy_options::overwrite_existing);
   }
+  pipeline::Database(registry.string(), pipeline::Database::Mode::create).execute("UPDATE datasets SET private = '1'");
+  EXPECT_THAT(doctor().output, HasSubstr("only this machine reads what is private (1 dataset)"));
   std::filesystem::remove_all(data / "incoming");
   std::ofstream(data / "incoming") << "no folder: root may write into any";
   EXPECT_EQ(data_of(doctor())["health"], "bad");
