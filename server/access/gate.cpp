@@ -40,8 +40,24 @@ bool from_another_site(const Request& request) {
 
 /// What proxies add, each some of it. A page cannot leave them out, and who is on this machine has no reason to write them.
 bool came_through_a_proxy(const Request& request) {
-  constexpr std::array kHeaders = {"forwarded", "via", "x-forwarded-for", "x-forwarded-host", "x-real-ip"};
-  return std::any_of(kHeaders.begin(), kHeaders.end(), [&](const char* name) { return request.header(name).has_value(); });
+  constexpr std::array<std::string_view, 13> kHeaders = {"forwarded",
+                                                         "via",
+                                                         "x-real-ip",
+                                                         "x-client-ip",
+                                                         "client-ip",
+                                                         "true-client-ip",
+                                                         "cf-connecting-ip",
+                                                         "cf-connecting-ipv6",
+                                                         "cdn-loop",
+                                                         "x-cluster-client-ip",
+                                                         "x-envoy-external-address",
+                                                         "fastly-client-ip",
+                                                         "fly-client-ip"};
+  return std::ranges::any_of(request.headers, [&](const auto& header) {
+    const std::string_view name = header.first;
+    return name.starts_with("x-forwarded") || name.starts_with("x-original-") ||
+           std::ranges::find(kHeaders, name) != kHeaders.end();
+  });
 }
 
 /// A name that a stranger points at 127.0.0.1 makes his page one of ours, as browsers see it. And what a proxy hands on comes

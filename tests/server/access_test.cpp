@@ -301,6 +301,12 @@ TEST(Access, WithoutTokensStrangersDoNotWrite) {
       {{{"host", "127.0.0.1:8080"}, {"forwarded", "for=192.0.2.1"}}, "token-missing"},
       {{{"host", "127.0.0.1:8080"}, {"x-real-ip", "192.0.2.1"}}, "token-missing"},
       {{{"host", "127.0.0.1:8080"}, {"via", "1.1 proxy"}}, "token-missing"},
+      {{{"host", "127.0.0.1:8080"}, {"x-forwarded-proto", "https"}}, "token-missing"},
+      {{{"host", "127.0.0.1:8080"}, {"x-forwarded-server", "proxy"}}, "token-missing"},
+      {{{"host", "127.0.0.1:8080"}, {"x-original-host", "terrain.example"}}, "token-missing"},
+      {{{"host", "127.0.0.1:8080"}, {"x-client-ip", "192.0.2.1"}}, "token-missing"},
+      {{{"host", "127.0.0.1:8080"}, {"cf-connecting-ip", "192.0.2.1"}}, "token-missing"},
+      {{{"host", "127.0.0.1:8080"}, {"true-client-ip", "192.0.2.1"}}, "token-missing"},
       {{{"host", "127.0.0.1:8080"}, {"x-forwarded-host", "terrain.example"}, {"origin", "https://terrain.example"}},
        "token-missing"},
   };
