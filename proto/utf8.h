@@ -1,5 +1,6 @@
 #pragma once
 // Text of strangers' files. Messages hold UTF-8 or cannot be read again, and many a file names its coordinate system in Latin-1.
+#include <algorithm>
 #include <cstddef>
 #include <string>
 #include <string_view>
@@ -49,23 +50,39 @@ inline std::string cut_text(std::string text, std::size_t most_bytes) {
 
 inline constexpr std::size_t kMostShown_bytes = 240;  ///< of a stranger's text in a message or a document: a line
 
-/// Blanks in place of control characters and of what else ends a line in some program (U+0080 to U+009F, U+2028, U+2029).
-/// text: UTF-8.
-inline std::string one_line(std::string_view text) {
+/// Bytes of the character at the beginning if it is one that no line of text has: what steers a terminal (C0, DEL, U+0080 to
+/// U+009F), ends a line in some program (U+2028, U+2029), or turns the order of what stands beside it (U+202A to U+202E, U+2066
+/// to U+2069). 0: it is none. text: UTF-8.
+inline std::size_t control_bytes(std::string_view text) {
+  const auto at = [&](std::size_t k) { return k < text.size() ? static_cast<unsigned char>(text[k]) : 0u; };
+  if (text.empty()) return 0;
+  if (at(0) < 0x20 || at(0) == 0x7f) return 1;
+  if (at(0) == 0xc2 && at(1) >= 0x80 && at(1) < 0xa0) return 2;
+  if (at(0) != 0xe2) return 0;
+  return (at(1) == 0x80 && at(2) >= 0xa8 && at(2) <= 0xae) || (at(1) == 0x81 && at(2) >= 0xa6 && at(2) <= 0xa9) ? 3 : 0;
+}
+
+inline bool has_control(std::string_view text) {
+  for (; !text.empty(); text.remove_prefix(1)) {
+    if (control_bytes(text) > 0) return true;
+  }
+  return false;
+}
+
+/// Another character in place of each of those.
+inline std::string without_control(std::string_view text, char instead) {
   std::string out;
   out.reserve(text.size());
-  for (std::size_t i = 0; i < text.size();) {
-    const auto at = [&](std::size_t k) { return i + k < text.size() ? static_cast<unsigned char>(text[i + k]) : 0u; };
-    const bool control = at(0) < 0x20 || at(0) == 0x7f, late = at(0) == 0xc2 && at(1) >= 0x80 && at(1) < 0xa0;
-    const bool separator = at(0) == 0xe2 && at(1) == 0x80 && (at(2) == 0xa8 || at(2) == 0xa9);
-    if (control || late || separator)
-      out += ' ';
-    else
-      out += text[i];
-    i += late ? 2 : separator ? 3 : 1;
+  while (!text.empty()) {
+    const std::size_t bytes = control_bytes(text);
+    out += bytes > 0 ? instead : text.front();
+    text.remove_prefix(std::max<std::size_t>(bytes, 1));
   }
   return out;
 }
+
+/// Blanks in place of them.
+inline std::string one_line(std::string_view text) { return without_control(text, ' '); }
 
 /// What is shown of a text that a stranger's file holds, on one line: it may hold a million letters, and any character.
 inline std::string shown_text(std::string_view text, std::size_t most_bytes = kMostShown_bytes) {

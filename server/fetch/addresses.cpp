@@ -59,9 +59,8 @@ bool hides_something(const std::string& path) {
 /// Whether its path could lead out of a prefix, or two programs could read it in two ways. What is no text would be written down
 /// without the bytes that are wrong: another address. What follows the path leads nowhere, and a signature may hold %2F.
 bool is_crooked(const std::string& address) {
-  if (!is_utf8(address)) return true;
-  if (std::any_of(address.begin(), address.end(), [](char c) { return is_control(c) || c == ' ' || c == '\\' || c == '@'; }))
-    return true;
+  if (!is_utf8(address) || proto::has_control(address)) return true;
+  if (std::any_of(address.begin(), address.end(), [](char c) { return c == ' ' || c == '\\' || c == '@'; })) return true;
   const std::string path = escaped_once(is_object(address) ? address : before_query(address));  // a key may have any character
   const std::size_t host = path.find("://") + 3;
   if (path.find('/', host) == std::string::npos)

@@ -25,7 +25,7 @@ void JobWords::take(const char* bytes, std::size_t count) {
 void JobWords::end() { say(); }
 
 void JobWords::say() {
-  if (!line_.empty()) log_warning("job " + job_ + " says: " + printable(proto::as_utf8(line_)));
+  if (!line_.empty()) log_warning("job " + job_ + " says: " + printable(line_));
   line_.clear();
 }
 

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <ctime>
 
+#include "proto/utf8.h"
 #include "server/http/json.h"
 
 namespace cordillera::server {
@@ -44,7 +45,7 @@ std::string text_line(const std::string& line, const LogFields& fields) {
       text.append(" ").append(field.name).append("=").append(word != nullptr ? one_word(*word) : value_of(field).dump());
     }
   }
-  return printable(std::move(text));
+  return printable(text);
 }
 
 void say(spdlog::level::level_enum level, const char* name, const std::string& line, const LogFields& fields) {
@@ -83,11 +84,6 @@ bool logs_debug() { return spdlog::should_log(spdlog::level::debug); }
 LogScope::LogScope(const char* name, std::string value) { t_scopes.push_back({name, std::move(value)}); }
 LogScope::~LogScope() { t_scopes.pop_back(); }
 
-std::string printable(std::string text) {
-  for (char& c : text) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
-  }
-  return text;
-}
+std::string printable(std::string_view text) { return proto::without_control(proto::as_utf8(text), '?'); }
 
 }  // namespace cordillera::server

@@ -3,6 +3,7 @@
 // opens a LogScope, and every line of its thread carries it until the scope ends.
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -33,7 +34,7 @@ class LogScope {
 /// UTC with milliseconds, RFC 3339.
 std::string now_text();
 
-/// What users sent, without the characters that would start a line of their own.
-std::string printable(std::string text);
+/// What users sent, as UTF-8 and without the characters that would start a line of their own or steer a terminal.
+std::string printable(std::string_view text);
 
 }  // namespace cordillera::server

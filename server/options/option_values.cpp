@@ -138,9 +138,7 @@ Complaint read_switch(std::string_view text, bool* out) {
 Complaint read_text(std::string_view text, std::string* out) {
   if (text.size() > 1000) return "longer than 1000 bytes";
   if (!is_utf8(text)) return "not UTF-8";
-  for (const char c : text) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) return "contains a control character";
-  }
+  if (proto::has_control(text)) return "contains a control character";
   *out = std::string(text);
   return std::nullopt;
 }
@@ -154,6 +152,9 @@ Complaint read_imagery(std::string_view text, std::string* out) {
     if (at == std::string::npos || plain.find(name, at + 1) != std::string::npos)
       return std::string("it does not have ") + name + " once";
   }
+  const std::size_t host = plain.find("://") + 3;
+  if (plain.substr(host, plain.find_first_of("/?#", host) - host).find('@') != plain.npos)
+    return "it has a user's name in front of its host";
   std::string rest = plain;
   for (const char* name : {"{z}", "{x}", "{y}"}) rest.erase(rest.find(name), 3);
   if (rest.find_first_of(" \"<>\\^`{|}'") != std::string::npos) return "it has a character that no address has";

@@ -53,7 +53,14 @@ TEST(Utf8, IsShownOnOneLine) {
   EXPECT_EQ(shown_text("a\nb\r\tc\0d\x1b[1m\x7f"s), "a b  c d [1m ");
   EXPECT_EQ(shown_text("a\x85\xe8"), "a è") << "the next line of Latin-1";
   EXPECT_EQ(shown_text("a\xc2\x9f\xe2\x80\xa8\xe2\x80\xa9z"), "a   z");
-  EXPECT_EQ(shown_text("\xc2\xa0\xe2\x80\xa7è\xe2\x80\xaa"), "\xc2\xa0\xe2\x80\xa7è\xe2\x80\xaa") << "what ends no line stays";
+  EXPECT_EQ(shown_text("\xe2\x80\xaa\xe2\x80\xaex\xe2\x81\xa6\xe2\x81\xa9"), "  x  ") << "what turns the order of letters";
+  EXPECT_EQ(shown_text("\xc2\xa0\xe2\x80\xa7è\xe2\x80\xaf\xe2\x81\xa5\xe2\x81\xaa"),
+            "\xc2\xa0\xe2\x80\xa7è\xe2\x80\xaf\xe2\x81\xa5\xe2\x81\xaa")
+      << "their neighbours stay";
+  for (const char* bad :
+       {"\x1b", "\x7f", "a\xc2\x80", "\xc2\x9f", "\xe2\x80\xa8", "\xe2\x80\xae", "\xe2\x81\xa6", "\xe2\x81\xa9"})
+    EXPECT_TRUE(has_control(bad)) << bad;
+  EXPECT_FALSE(has_control("Höhe \xc2\xa0 山 🏔"));
   EXPECT_EQ(shown_text("abcdef", 3), "abc…");
 }
 

@@ -59,6 +59,16 @@ class Owners : public testing::Test {
   TestService test_{settings()};
 };
 
+TEST_F(Owners, AnUploadIsItsOwnersAndAnAdminThrowsItAway) {
+  const Response begun = ask("POST", "/v1/uploads", of(alice(), {{"upload-length", "4"}}));
+  ASSERT_EQ(begun.status, 201) << begun.body;
+  const std::string place = "/v1/" + begun.header("Location");
+  EXPECT_EQ(ask("DELETE", place, of(bob())).status, 404);
+  EXPECT_EQ(ask("HEAD", place, of(admin())).status, 404) << "what is in it is its owner's";
+  EXPECT_EQ(ask("DELETE", place, of(admin())).status, 204);
+  EXPECT_EQ(ask("HEAD", place, of(alice())).status, 404);
+}
+
 TEST_F(Owners, AKeyIsItsOwnersAlone) {
   const Headers mine = of(alice(), {{"idempotency-key", "k"}}), his = of(bob(), {{"idempotency-key", "k"}});
   const std::string hidden = posted(mine, {{"private", "1"}});
@@ -196,8 +206,20 @@ TEST_F(Owners, DescribeTheirDatasetsAnewWithoutABuild) {
   EXPECT_EQ(slug_of(patch(of(alice()), {})), "option-invalid");
   EXPECT_EQ(slug_of(patch(of(alice()), {{"title", "a"}, {"title", "b"}})), "option-repeated");
   for (const char* no_tiles : {"/{z}/{x}/{y}.png", "ftp://a/{z}/{x}/{y}", "https://a/{z}/{x}", "https://a/{z}/{x}/{y}/{y}",
-                               "https://a/{z}/{x}/{y}\"", "https://{s}.a/{z}/{x}/{y}"}) {
+                               "https://a/{z}/{x}/{y}\"", "https://{s}.a/{z}/{x}/{y}", "https://u:p@a/{z}/{x}/{y}"}) {
     EXPECT_EQ(slug_of(patch(of(alice()), {{"imagery", no_tiles}})), "option-invalid") << no_tiles;
+  }
+  for (const char* steers : {"a\x1b[31m",
+                             "a\xc2\x9b"
+                             "31m",
+                             "a\xe2\x80\xa8"
+                             "b",
+                             "gpj.\xe2\x80\xae",
+                             "\xe2\x81\xa6"
+                             "a"}) {
+    for (const char* word : {"title", "attribution"})
+      EXPECT_EQ(slug_of(patch(of(alice()), {{word, steers}})), "option-invalid") << steers;
+    EXPECT_EQ(slug_of(test_.post("GOOD", {{"name", steers}}, of(alice()))), "option-invalid") << steers;
   }
   const Response done =
       patch(of(alice()), {{"title", "Hills"}, {"attribution", "Somebody else"}, {"imagery", "https://a/{z}/{y}/{x}.jpg?k=1"}});

@@ -115,6 +115,13 @@ TEST(SafePaths, NothingOutsideTheFoldersIsRead) {
 TEST(Log, LinesStayLines) {
   EXPECT_EQ(printable("a\nb\r\x1b[2Jc\td"), "a?b??[2Jc?d");
   EXPECT_EQ(printable("ü µ"), "ü µ");
+  EXPECT_EQ(printable("x\xc2\x9b"
+                      "31m\xe2\x80\xae"),
+            "x?31m?");
+  EXPECT_EQ(printable("x\x9b"
+                      "31m"),
+            "x?31m")
+      << "no UTF-8: a terminal of bytes takes it";
 }
 
 }  // namespace
