@@ -129,6 +129,7 @@ void keep_from_others(Response& response) {
   for (auto& [name, value] : response.headers) {
     if (name == "Cache-Control" && value.rfind("public", 0) == 0) value.replace(0, 6, "private");
   }
+  response.set("Vary", "Authorization, Origin, Sec-Fetch-Site");  // a browser keeps them for pages of all ports of this machine
 }
 
 Response if_changed(const Request& request, Response response) {

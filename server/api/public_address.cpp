@@ -51,6 +51,8 @@ void make_absolute(const Request& request, Response& response) {
   const std::string etag = pipeline::faces::document(response.body).etag;
   for (auto& [name, value] : response.headers) {
     if (name == "ETag") value = quoted(etag);
+    // Of a version, too: its tiles never change, the address that they have here may.
+    if (name == "Cache-Control" && value.ends_with("immutable")) value.replace(value.find(','), value.npos, ", no-cache");
   }
   response.set("Vary", kAddressHeaders);
 }

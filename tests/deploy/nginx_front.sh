@@ -68,6 +68,8 @@ etag=$(tr -d '\r' <"$work/head" | word '[Ee][Tt]ag')
 [[ $(status -H "If-None-Match: $etag" "$front$path") == 304 ]] || fail 'an unchanged tile should cost a 304'
 grep -qi '^x-content-type-options: nosniff' "$work/head" || fail 'a safe header got lost'
 [[ $(ask "$front/v1/datasets/$id/terrain-rgb.json") == *"\"$front/v1/datasets/$id/"* ]] || fail 'terrain-rgb.json does not name the public address'
+[[ $(ask -H 'X-Forwarded-Prefix: /made-up' -H 'X-Forwarded-Host: made.up' "$front/v1/datasets/$id/terrain-rgb.json") == *"\"$front/v1/datasets/$id/"* ]] ||
+  fail 'a client could put its own address into terrain-rgb.json'
 [[ $(status "$front/") == 200 ]] || fail 'the viewer does not come through'
 [[ $(status "$front/metrics") == 404 ]] || fail 'metrics are not for strangers'
 

@@ -37,6 +37,17 @@ TEST_F(Versions, TheSameBytesForEver) {
   }
 }
 
+/// A cache may forget Vary, and the address may be another tomorrow.
+TEST_F(Versions, ADocumentThatHoldsTheServicesAddressIsNotKeptForEver) {
+  for (const std::string& version : {std::string(), "/versions/" + version_}) {
+    const Response named = test_.get(base_ + version + "/terrain-rgb.json", {{"host", "a"}, {"x-forwarded-host", "b"}});
+    ASSERT_EQ(named.status, 200) << named.body;
+    EXPECT_THAT(named.body, HasSubstr("http://b/"));
+    EXPECT_EQ(named.header("Cache-Control"), "public, no-cache") << version;
+    EXPECT_THAT(named.header("Vary"), HasSubstr("X-Forwarded-Host"));
+  }
+}
+
 TEST_F(Versions, AnotherVersionIsNotThere) {
   const Response answer = test_.get(base_ + "/versions/0123456789abcdef/tileset.json");
   EXPECT_EQ(answer.status, 404);

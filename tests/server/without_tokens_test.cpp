@@ -35,6 +35,7 @@ class WithoutTokens : public testing::Test {
   void expect_readable(const Asker& asker) {
     for (const std::string& path : paths()) EXPECT_EQ(ask(asker, "GET", path).status, 200) << path;
     for (const char* list : kLists) EXPECT_THAT(ask(asker, "GET", list).body, HasSubstr(id_)) << list;
+    EXPECT_THAT(ask(asker, "GET", "/v1/datasets/" + id_ + "/tiles/1/1/1.drc").header("Vary"), HasSubstr("Origin"));
   }
   void expect_unknown(const Asker& asker) {
     for (const std::string& path : paths()) {
