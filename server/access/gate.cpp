@@ -124,7 +124,7 @@ std::optional<Problem> Gate::refuse(const Request& request, Role needed) const {
 
 std::optional<Problem> Gate::refuse_private() const {
   if (has_tokens()) return std::nullopt;
-  return Problem{"option-forbidden", "private: this service was started without tokens, so everybody may read",
+  return Problem{"option-forbidden", "private: this service was started without tokens, by which readers are told apart",
                  "private=0, or cordillera serve --tokens FILE", "private"};
 }
 
