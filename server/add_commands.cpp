@@ -178,6 +178,7 @@ void add_info(CommandLine& commands) {
     Reading reading;
     std::string subject;
     Show show = Show::table;
+    BadSource bad = BadSource::refuse;
   };
   const auto line = std::make_shared<Line>();
   auto* info = commands.add("info",
@@ -188,11 +189,13 @@ void add_info(CommandLine& commands) {
                               if (kind != PathKind::raster && kind != PathKind::folder)
                                 return info_command(line->subject, line->show, {});
                               return with_settings(build_options(), line->reading, [&](const Settings& settings) {
-                                return info_command(line->subject, line->show, settings);
+                                return info_command(line->subject, line->show, settings, line->bad);
                               });
                             });
   info->add_option("path", line->subject, "a folder that build wrote, a dataset.sqlite, a raster, or a folder of rasters");
   add_value_flag(*info, "--json", line->show, Show::json, "the manifest itself; of a raster, the dry run");
+  add_value_flag(*info, "--skip-bad", line->bad, BadSource::skip,
+                 "of a folder's rasters leave out those that cannot be used, as build does");
   add_options(*info, build_options(), line->reading);
 }
 

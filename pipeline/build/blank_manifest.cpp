@@ -104,6 +104,21 @@ std::optional<raster::ValueLook> look_at_values(raster::Source& source) {
   return (*pixels)->look;
 }
 
+std::optional<raster::ValueLook> look_at_values(const std::vector<raster::MosaicMember>& members) {
+  constexpr std::size_t kMostOpened = 64;  // more are no quick look
+  if (members.empty() || members.size() > kMostOpened) return std::nullopt;
+  raster::ValueLook all;
+  for (const raster::MosaicMember& member : members) {
+    if (member.description.vertical_datum() != members.front().description.vertical_datum()) return std::nullopt;
+    const auto source = raster::open_source(member.path, member.name, member.trust, member.options);
+    if (!source.ok()) return std::nullopt;
+    const auto pixels = (*source)->decimate(raster::kPixelsLookedAt / static_cast<std::int64_t>(members.size()));
+    if (!pixels.ok() || *pixels == nullptr) return std::nullopt;
+    raster::add((*pixels)->look, all);
+  }
+  return all;
+}
+
 void note_values(const std::optional<raster::ValueLook>& look, proto::Manifest& manifest) {
   if (!look) return;
   for (const std::string& note : raster::notes_on(*look)) manifest.add_notes(note);

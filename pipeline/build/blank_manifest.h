@@ -24,6 +24,8 @@ std::optional<std::string> note_on_voids(const std::vector<raster::MosaicMember>
 
 /// None: several rasters, or too much would have to be read.
 std::optional<raster::ValueLook> look_at_values(raster::Source& source);
+/// Of several. None: very many, or with several vertical datums, or too much would have to be read.
+std::optional<raster::ValueLook> look_at_values(const std::vector<raster::MosaicMember>& members);
 /// What a person should know of values that were looked at.
 void note_values(const std::optional<raster::ValueLook>& look, proto::Manifest& manifest);
 /// Of a build with a bbox whose voids are to be filled: whether it cuts some.

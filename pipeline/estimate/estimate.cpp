@@ -129,7 +129,7 @@ proto::Result<Estimate> estimate(const BuildRequest& request) {
   if (shares) take_shares(request.options, sums);
   Estimate estimate;
   estimate.manifest = blank_manifest(request, *plan, (*source)->description(), {threads, builder.device()});
-  estimate.values = look_at_values(**source);
+  estimate.values = request.members.empty() ? look_at_values(**source) : look_at_values(request.members);
   note_values(estimate.values, estimate.manifest);
   note_cut_voids(**source, *plan, estimate.manifest);
   note_datums(estimate.manifest);

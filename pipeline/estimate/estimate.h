@@ -11,7 +11,7 @@ namespace cordillera::pipeline {
 struct Estimate {
   proto::Manifest manifest;  ///< levels[].tiles, triangles and bytes are estimates
   double seconds = 0;
-  std::optional<raster::ValueLook> values;  ///< of one raster, unless too much of it would have to be read
+  std::optional<raster::ValueLook> values;  ///< unless too much would have to be read, or heights are above several datums
 };
 
 /// Opens the source, plans, builds sample tiles: at most kEstimateTiles of the finest level (twice for keep=), the same ones

@@ -162,6 +162,22 @@ void note_datum(const proto::Source& source, proto::Manifest& manifest) {
               manifest);
 }
 
+/// What was noted when they were opened. Hundreds may have one mistake, each told with its name and place.
+void note_sources(proto::Manifest& manifest) {
+  constexpr int kMostNotes = 10;
+  std::vector<std::string> notes;
+  const auto collect = [&](const proto::Source& source) {
+    for (const std::string& note : source.notes())
+      if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
+  };
+  if (manifest.sources().empty()) collect(manifest.source());
+  for (const proto::Source& source : manifest.sources()) collect(source);
+  const std::size_t told = std::min<std::size_t>(notes.size(), kMostNotes);
+  for (std::size_t k = 0; k < told; ++k) note_once(notes[k], manifest);
+  if (told < notes.size())
+    note_once(std::to_string(notes.size() - told) + " more notes stand with the rasters that they are of, in sources", manifest);
+}
+
 /// Rasters of several datums, each taken to WGS 84 as PROJ does, may not fit where they meet.
 void note_horizontal_datums(proto::Manifest& manifest) {
   std::set<std::string> datums;
@@ -182,6 +198,7 @@ void note_datums(proto::Manifest& manifest) {
   if (manifest.sources().empty()) note_datum(manifest.source(), manifest);
   for (const proto::Source& source : manifest.sources()) note_datum(source, manifest);
   note_horizontal_datums(manifest);
+  note_sources(manifest);
 }
 
 void make_nodes(Database& database, int finest_level) {

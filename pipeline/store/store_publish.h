@@ -14,8 +14,8 @@ class NothingToPublish : public StoreError {
   NothingToPublish() : StoreError("no tile has a triangle") {}
 };
 
-/// Says of each source whose heights are taken for others than it declares which they are, once for all alike: who reads the
-/// notes alone is told, too.
+/// Says of each source whose heights are taken for others than it declares which they are, once for all alike, and what was noted
+/// of it when it was opened: who reads the notes alone is told, too.
 void note_datums(proto::Manifest& manifest);
 
 /// Fills levels, tiles, triangles, bytes, bounds, and what the store's format itself says (levels, height step, formula).

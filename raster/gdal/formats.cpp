@@ -43,15 +43,6 @@ bool holds(std::string_view extensions, std::string_view extension) {
   return !extension.empty() && extensions.find(std::string(extension) + " ") != extensions.npos;
 }
 
-/// As a shell reads it.
-std::string shell_word(const std::string& name) {
-  const auto plain = [](char c) { return proto::is_letter_or_digit(c, ".-_"); };
-  if (!name.empty() && name[0] != '-' && std::all_of(name.begin(), name.end(), plain)) return name;
-  std::string word = "'";
-  for (const char c : proto::shown_text(name)) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return word + "'";
-}
-
 }  // namespace
 
 std::span<const Format> formats() { return kFormats; }
@@ -129,7 +120,24 @@ void keep_drivers_of_anybody() {
   }
 }
 
+std::string shell_word(const std::string& name) {
+  const auto plain = [](char c) { return proto::is_letter_or_digit(c, ".-_:"); };
+  if (!name.empty() && name[0] != '-' && std::all_of(name.begin(), name.end(), plain)) return name;
+  std::string word = "'";
+  for (const char c : proto::shown_text(name)) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return word + "'";
+}
+
 std::string sorting_line(const std::string& name) { return "sort -g -k 2,2r -k 1,1 " + shell_word(name) + " > sorted.xyz"; }
+
+std::string copying_line(const std::string& command, const std::string& name) {
+  const std::string tiff = std::filesystem::path(name).stem().string() + (extension_of(name) == ".tif" ? "-2.tif" : ".tif");
+  return command + " " + shell_word(name) + " " + shell_word(tiff);
+}
+
+std::string correcting_line(const std::string& name, const std::string& crs) {
+  return copying_line("gdal_translate -a_srs " + shell_word(crs), name);
+}
 
 std::string accepted_formats(const std::string& name) {
   const std::string accepted =
@@ -137,8 +145,7 @@ std::string accepted_formats(const std::string& name) {
       "JPEG 2000; Esri .bil or .flt, "
       "ER Mapper, SAGA with their headers in a .zip; any of them in a .zip or .gz";
   if (name.empty()) return accepted;
-  const std::string tiff = std::filesystem::path(name).stem().string() + (extension_of(name) == ".tif" ? "-2.tif" : ".tif");
-  return accepted + ". If GDAL reads it, this makes a GeoTIFF: gdal_translate " + shell_word(name) + " " + shell_word(tiff);
+  return accepted + ". If GDAL reads it, this makes a GeoTIFF: " + copying_line("gdal_translate", name);
 }
 
 }  // namespace cordillera::raster

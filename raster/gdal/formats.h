@@ -55,6 +55,12 @@ void keep_drivers_of_anybody();
 
 /// What is read, and with a name the line that makes a GeoTIFF of such a file, if GDAL can.
 std::string accepted_formats(const std::string& name);
+/// A file's name as a shell reads it.
+std::string shell_word(const std::string& name);
+/// The line that makes a GeoTIFF of the file beside it: "gdalwarp dem.tif dem-2.tif" of "gdalwarp".
+std::string copying_line(const std::string& command, const std::string& name);
+/// The line that makes a copy with another CRS.
+std::string correcting_line(const std::string& name, const std::string& crs = "EPSG:CODE");
 /// The line that puts points, x y z with blanks between, into the order of a grid.
 std::string sorting_line(const std::string& name);
 

@@ -71,6 +71,7 @@ proto::Source describe_mosaic(const std::vector<MosaicMember>& members, const So
   description.set_vertical_datum_declared(common([](const proto::Source& s) { return s.vertical_datum_declared(); }));
   description.set_horizontal_datum(common([](const proto::Source& s) { return s.horizontal_datum(); }));
   description.clear_datum_ignored();
+  description.clear_notes();
   description.set_unit(common([](const proto::Source& s) { return s.unit(); }));
   description.set_nodata(common([](const proto::Source& s) { return s.nodata(); }));
   description.set_data_type(common([](const proto::Source& s) { return s.data_type(); }));

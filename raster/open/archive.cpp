@@ -28,6 +28,7 @@ constexpr std::size_t kMostEntries = 10000;
 constexpr std::size_t kPiece = std::size_t{1} << 20;
 
 constexpr const char* kOneRaster = "a .zip or .gz with one raster, and in a .zip the files of the same name that it needs";
+constexpr const char* kSeveral = "a .zip with one raster; of several, the rasters or the folder that it unpacks to";
 
 struct ArchiveEntry {
   std::string path;  ///< in the zip
@@ -141,13 +142,14 @@ proto::Result<std::vector<ArchiveEntry>> entries_of(const std::string& zip, cons
   return entries;
 }
 
-Problem not_one(const std::string& name, const std::vector<ArchiveEntry>& found, const std::string& what) {
+Problem not_one(const std::string& name, const std::vector<ArchiveEntry>& found, const std::string& what,
+                const char* accepted = kOneRaster) {
   constexpr std::size_t kNamed = 6;
   std::string names;
   for (std::size_t k = 0; k < std::min(found.size(), kNamed); ++k)
     names += (k == 0 ? "" : ", ") + proto::shown_text(found[k].path, 60);
   if (found.size() > kNamed) names += ", …";
-  return {"archive-rasters", name + " holds " + what + (names.empty() ? "" : ": " + names), kOneRaster, ""};
+  return {"archive-rasters", name + " holds " + what + (names.empty() ? "" : ": " + names), accepted, ""};
 }
 
 /// By its extension; where no file has a raster's, the only file that is no side file.
@@ -159,7 +161,7 @@ proto::Result<ArchiveEntry> raster_of(const std::vector<ArchiveEntry>& entries, 
     if (!is_side_extension(extension)) others.push_back(entry);
   }
   if (rasters.size() == 1) return rasters.front();
-  if (rasters.size() > 1) return not_one(name, rasters, std::to_string(rasters.size()) + " rasters");
+  if (rasters.size() > 1) return not_one(name, rasters, std::to_string(rasters.size()) + " rasters", kSeveral);
   if (others.size() == 1) return others.front();
   return not_one(name, entries, "no raster");
 }

@@ -95,6 +95,42 @@ int named_as_heights(GDALDataset& dataset) {
   return only_band(dataset, [](const std::string& name) { return names_heights(name) && proto::lower(name) != "band1"; });
 }
 
+/// "red" of a band that a picture has for that; empty: it is none.
+std::string colour_of(GDALRasterBand& band) {
+  switch (band.GetColorInterpretation()) {
+    case GCI_RedBand: return "red";
+    case GCI_GreenBand: return "green";
+    case GCI_BlueBand: return "blue";
+    default: return "";
+  }
+}
+
+/// Colours are whole numbers; a picture whose bands do not say that they are some has three or four of bytes.
+bool is_picture(GDALDataset& handle) {
+  const int bands = handle.GetRasterCount();
+  if (bands < 3) return false;
+  bool bytes = bands <= 4, coloured = true;
+  for (int k = 1; k <= bands; ++k) {
+    GDALRasterBand& band = *handle.GetRasterBand(k);
+    const GDALDataType type = band.GetRasterDataType();
+    bytes = bytes && type == GDT_Byte && !names_heights(name_of(band));
+    if (k <= 3) coloured = coloured && (type == GDT_Byte || type == GDT_UInt16) && !colour_of(band).empty();
+  }
+  return coloured || bytes;
+}
+
+Problem is_a_picture(const std::string& name, int bands) {
+  const std::string file = shell_word(name);
+  return {"raster-bands",
+          name + " is a picture of " + std::to_string(bands) + " bands: its pixels are colours, which are no heights",
+          "heights, such as the elevation model that the picture was made from; if it is Terrain-RGB, this gives them back: "
+          "gdal_calc.py -R " +
+              file + " -G " + file + " -B " + file +
+              " --R_band=1 --G_band=2 --B_band=3 --type=Float32 --calc='-10000 + (R*65536. + G*256. + B) * 0.1' "
+              "--outfile=heights.tif",
+          "band"};
+}
+
 Problem no_such_band(const Dataset& dataset, const std::string& asked) {
   constexpr int kNamed = 10;
   const int bands = dataset.handle->GetRasterCount();
@@ -138,8 +174,11 @@ proto::Result<void> choose_band(Dataset& dataset, const std::string& asked) {
   int number = bands == 1 || alpha ? 1 : named_as_heights(handle);
   const bool part = proto::same_letters(asked, dataset.part);
   if (!asked.empty() && !part) number = number_of(handle, asked);
+  const bool picture = is_picture(handle);
+  if (number == 0 && picture && (part || asked.empty())) return is_a_picture(dataset.name, bands);
   if (number == 0) return no_such_band(dataset, part ? "" : asked);
   dataset.band = handle.GetRasterBand(number);
+  if (picture) dataset.colour = colour_of(*dataset.band).empty() ? "colour" : colour_of(*dataset.band);
   const int flags = dataset.band->GetMaskFlags();
   // A band's own value that means no data is looked for in the pixels. The values of NODATA_VALUES, one for each band, GDAL alone
   // compares: it gives a mask of all bands.

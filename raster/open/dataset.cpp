@@ -14,6 +14,7 @@
 #include "raster/gdal/gdal_scope.h"
 #include "raster/open/at_hand.h"
 #include "raster/open/netcdf_axes.h"
+#include "raster/open/point_lines.h"
 #include "raster/open/text_grid.h"
 #include "raster/open/whole_file.h"
 #include "raster/storage/ranged_file.h"
@@ -133,9 +134,17 @@ Problem not_opened(const AtHand& raster, const std::string& message) {
         "raster-unreadable",
         name + " begins as " + kind + " and cannot be opened as a raster of that kind" + (message.empty() ? "" : ": " + message),
         "a complete, undamaged file: " + accepted_formats(raster.file), ""};
-  if (message.find("Ungridded dataset") != std::string::npos)
+  if (message.find("Ungridded dataset") != message.npos || message.find("Couldn't determine X spacing") != message.npos) {
+    // Whoever has sorted them is not told to sort them.
+    if (are_sorted(raster.path))
+      return {"raster-format-unsupported", name + " is points that lie on no regular grid: " + message, kAcceptedForPoints, ""};
     return {"raster-format-unsupported", name + " is points in an order that makes no grid: " + message,
             "points of a regular grid, row by row, each row from west to east: " + sorting_line(raster.file), ""};
+  }
+  constexpr std::string_view kTexts = ".asc .grd .dem .xyz .txt .csv ";
+  const bool of_text = kTexts.find(extension_of(raster.file) + " ") != kTexts.npos;
+  if (const std::string line = of_text ? "" : first_line_of_text(raster.path); !line.empty())
+    return {"raster-format-unsupported", name + " is text, not a raster; it begins \"" + line + "\"", accepted_formats(""), ""};
   return {"raster-format-unsupported", name + " cannot be opened as a raster" + (message.empty() ? "" : ": " + message),
           accepted_formats(raster.file), ""};
 }

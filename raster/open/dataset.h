@@ -27,6 +27,7 @@ struct Dataset {
   std::string part;                ///< the variable or table that was chosen of several rasters in one file
   std::string driver;
   Trust trust = Trust::operator_file;
+  std::string colour;  ///< "red": of a band that was asked for, and is one of a picture's; empty: it is none
   int columns = 0, rows = 0;
   bool pixel_is_point = false;
   std::optional<double> asked_nodata;  ///< a raw value that is no height because the request says so
@@ -56,5 +57,7 @@ proto::Result<void> check_tiff_blocks(Dataset& dataset);
 proto::Result<void> sniff(const std::string& path, const std::string& name, Trust trust);
 /// "a NetCDF or HDF5 file": of a format that we read and that has a mark of its own; empty for others.
 std::string signature(const std::string& path);
+/// What a file that is text begins with, such as "404: Not Found", for people; empty where it is none.
+std::string first_line_of_text(const std::string& path);
 
 }  // namespace cordillera::raster

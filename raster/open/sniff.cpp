@@ -1,13 +1,17 @@
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <utility>
 
+#include "proto/letters.h"
+#include "proto/utf8.h"
 #include "raster/gdal/formats.h"
 #include "raster/open/dataset.h"
+#include "raster/open/point_lines.h"
 #include "raster/storage/ranged_file.h"
 
 namespace cordillera::raster {
@@ -26,6 +30,19 @@ constexpr std::string_view kXz("\3757zXZ\0", 6);
 constexpr std::pair<std::string_view, const char*> kPackings[] = {
     {kXz, "xz"}, {"7z\xbc\xaf\x27\x1c", "7-Zip"}, {"Rar!\x1a", "RAR"}, {"\x28\xb5\x2f\xfd", "Zstandard"}};
 constexpr std::size_t kTarMark = 257;
+
+/// What a server sends in place of a file that it does not give, under the file's name. text: without blanks before.
+std::string page_of(const std::string& text, const std::string& head) {
+  const std::string small = proto::lower(head);
+  const auto opens = [&](std::string_view mark) { return proto::lower(text).starts_with(mark); };
+  const auto has = [&](std::string_view mark) { return small.find(mark) != small.npos; };
+  if (opens("<!doctype html") || opens("<html") || (opens("<?xml") && has("<html"))) return "is an HTML page, not a raster";
+  const bool error = has("<error>") || has("exceptionreport");  // of a storage such as S3; of OGC's services
+  if (error && (opens("<?xml") || opens("<error>"))) return "is an error of a server in XML, not a raster";
+  const std::size_t second = text.find_first_not_of(" \t\r\n", 1);
+  if (opens("{") && second != text.npos && (text[second] == '"' || text[second] == '}')) return "is JSON, not a raster";
+  return "";
+}
 
 /// What the first bytes say the file is.
 FileKind kind_of(const std::string& head) {
@@ -46,7 +63,7 @@ FileKind kind_of(const std::string& head) {
   const std::size_t first = head.find_first_not_of(" \t\r\n\xef\xbb\xbf");
   if (first == std::string::npos) return {};
   const std::string text = head.substr(first, 64);
-  if (begins(text, "<!DOCTYPE html") || begins(text, "<html")) return {"is an HTML page"};
+  if (std::string what = page_of(text, head); !what.empty()) return {std::move(what)};
   if (head.find("<gpx") != head.npos) return {"is a GPX track, of points and lines", false, true};
   if (head.find("<kml") != head.npos) return {"is KML, of points, lines or areas", false, true};
   return {};
@@ -74,6 +91,15 @@ std::string signature(const std::string& path) {
   return head.size() > 8 && head.compare(4, 4, "jP  ") == 0 ? "JPEG 2000" : "";
 }
 
+std::string first_line_of_text(const std::string& path) {
+  const std::string head = head_of(path);
+  const auto is_text = [](unsigned char c) { return c >= ' ' || c == '\t' || c == '\r' || c == '\n'; };
+  if (!std::all_of(head.begin(), head.end(), is_text)) return "";
+  const std::size_t first = head.find_first_not_of(" \t\r\n");
+  if (first == head.npos) return "";
+  return proto::shown_text(head.substr(first, head.find_first_of("\r\n", first) - first), 60);
+}
+
 proto::Result<void> sniff(const std::string& path, const std::string& name, Trust trust) {
   std::error_code error;
   const bool regular = std::filesystem::is_regular_file(path, error);
@@ -82,7 +108,10 @@ proto::Result<void> sniff(const std::string& path, const std::string& name, Trus
   if (!regular) {
     // From the command line GDAL's own file systems are welcome; a plain path must exist.
     if (begins(path, "/vsi")) return {};
-    return proto::Problem{"raster-not-found", name + " does not exist or is not a file", accepted_formats(""), ""};
+    // Of what is missing no format is wrong.
+    const bool there = std::filesystem::exists(path, error);
+    return proto::Problem{"raster-not-found", name + (there ? " is not a file" : " does not exist"),
+                          there ? accepted_formats("") : "", ""};
   }
   if (access(path.c_str(), R_OK) != 0)
     return proto::Problem{"raster-empty", name + " cannot be read: " + std::strerror(errno), "a file that this user may read",
@@ -90,9 +119,7 @@ proto::Result<void> sniff(const std::string& path, const std::string& name, Trus
   const std::string head = head_of(path);
   if (head.empty()) return proto::Problem{"raster-empty", name + " is empty or cannot be read", accepted_formats(""), ""};
   const FileKind kind = kind_of(head);
-  if (kind.points)
-    return proto::Problem{"raster-format-unsupported", name + " " + kind.what,
-                          "a raster of heights, such as a GeoTIFF; gdal_grid makes one of points with heights", ""};
+  if (kind.points) return proto::Problem{"raster-format-unsupported", name + " " + kind.what, kAcceptedForPoints, ""};
   if (kind.packed)
     return proto::Problem{"raster-format-unsupported", name + " " + kind.what,
                           "the raster that it holds, as it is or in a .zip or .gz", ""};

@@ -86,6 +86,29 @@ ValueLook look_at_values(const Dataset& dataset, const HeightRule& rule, const D
   return look;
 }
 
+void add(const ValueLook& other, ValueLook& look) {
+  const auto widen = [](double& lowest, double& highest, bool had, double low, double high) {
+    lowest = had ? std::min(lowest, low) : low;
+    highest = had ? std::max(highest, high) : high;
+  };
+  if (other.with_height > 0) widen(look.lowest_m, look.highest_m, look.with_height > 0, other.lowest_m, other.highest_m);
+  if (other.far > 0) widen(look.lowest_far_m, look.highest_far_m, look.far > 0, other.lowest_far_m, other.highest_far_m);
+  look.whole = other.whole && (look.whole || look.pixels == 0);
+  look.rasters = (look.pixels == 0 ? 0 : look.rasters) + other.rasters;
+  look.pixels += other.pixels;
+  look.with_height += other.with_height;
+  look.far += other.far;
+  look.far_at_rims += other.far_at_rims;
+  for (const ValueLook::Doubtful& value : other.doubtful) {
+    const auto known =
+        std::find_if(look.doubtful.begin(), look.doubtful.end(), [&](const auto& one) { return one.raw == value.raw; });
+    if (known == look.doubtful.end())
+      look.doubtful.push_back(value);
+    else
+      known->pixels += value.pixels;
+  }
+}
+
 std::vector<std::string> notes_on(const ValueLook& look) {
   std::vector<std::string> notes;
   const auto all = static_cast<double>(look.with_height + look.far);
@@ -111,7 +134,8 @@ std::string text_of(const ValueLook& look, const std::string& datum) {
   const std::int64_t voids = look.pixels - look.with_height;
   return range + datum + ", " +
          (voids == 0 ? "no" : percent_text(static_cast<double>(voids) / static_cast<double>(look.pixels))) + " voids, at " +
-         (look.whole ? "all pixels" : std::to_string(look.pixels) + " pixels spread over the raster");
+         (look.whole ? "all pixels"
+                     : std::to_string(look.pixels) + " pixels spread over " + (look.rasters > 1 ? "the rasters" : "the raster"));
 }
 
 }  // namespace cordillera::raster

@@ -11,6 +11,7 @@ struct Decimation;
 struct HeightRule;
 
 struct ValueLook {
+  int rasters = 1;                           ///< that were looked at
   std::int64_t pixels = 0, with_height = 0;  ///< that were looked at; of them, those with a height within the limit
   bool whole = false;                        ///< all pixels of the raster were
   double lowest_m = 0, highest_m = 0;        ///< of those with a height, above the vertical datum
@@ -30,6 +31,9 @@ struct ValueLook {
 
 /// Of the dataset's own pixels, thinned out.
 ValueLook look_at_values(const Dataset& dataset, const HeightRule& rule, const Decimation& pixels);
+
+/// Puts what was seen of another raster to it.
+void add(const ValueLook& other, ValueLook& look);
 
 /// Sentences for people: that a good part of the heights is beyond the limit, and that a value may mean no data. Mostly none.
 std::vector<std::string> notes_on(const ValueLook& look);

@@ -86,10 +86,15 @@ proto::Result<void> take_missing_vertical(const Dataset& dataset, const Crs& ask
   return {};
 }
 
+/// As GDAL takes it: a number alone is a code of EPSG.
+std::string as_input(const std::string& requested) {
+  const bool code = !requested.empty() && requested.find_first_not_of("0123456789") == requested.npos;
+  return (code ? "EPSG:" : "") + requested;
+}
+
 proto::Result<OGRSpatialReference> parse(const std::string& requested) {
   OGRSpatialReference srs;
-  const bool code = !requested.empty() && requested.find_first_not_of("0123456789") == requested.npos;
-  if (srs.SetFromUserInput(((code ? "EPSG:" : "") + requested).c_str(), kSealed) != OGRERR_NONE)
+  if (srs.SetFromUserInput(as_input(requested).c_str(), kSealed) != OGRERR_NONE)
     return Problem{"crs-unknown", "crs=" + proto::shown_text(requested) + " is no coordinate reference system that PROJ knows",
                    kAcceptedCrs, "crs"};
   return srs;
@@ -101,7 +106,12 @@ proto::Result<void> check_kind(const OGRSpatialReference& srs, const std::string
   const auto refuse = [&](const std::string& why) {
     return Problem{"crs-unsupported", "the CRS of " + dataset.name + ", " + label + ", " + why, kAcceptedCrs, parameter};
   };
-  if (srs.IsLocal()) return refuse("is a local or engineering system: it does not say where on the earth it is");
+  if (srs.IsLocal()) {
+    Problem local = refuse("is a local or engineering system: it does not say where on the earth it is");
+    if (from != "request")
+      local.accepted = "crs= with the CRS that its coordinates are in: " + local.accepted, local.parameter = "crs";
+    return local;
+  }
   if (srs.IsGeocentric()) return refuse("is geocentric: a raster's columns and rows cannot be its axes");
   if (!srs.IsGeographic() && !srs.IsProjected()) return refuse("is neither geographic nor projected");
   return {};
@@ -184,7 +194,8 @@ std::string wkt_of(const OGRSpatialReference& srs) {
 proto::Result<Crs> resolve_crs(const Dataset& dataset, const std::string& requested) {
   const GdalScope scope(dataset.trust);
   const OGRSpatialReference* own = dataset.handle->GetSpatialRef();
-  if (own != nullptr && own->IsEmpty()) own = nullptr;
+  // A local system says nothing of the earth: whoever names one knows more.
+  if (own != nullptr && (own->IsEmpty() || (own->IsLocal() && !requested.empty()))) own = nullptr;
   auto beside = own == nullptr ? crs_beside(dataset) : std::nullopt;
   if (own == nullptr && !beside && requested.empty()) beside = crs_of_degrees(dataset);
   if (beside) own = &*beside;
@@ -214,7 +225,9 @@ proto::Result<Crs> resolve_crs(const Dataset& dataset, const std::string& reques
       return Problem{
           "crs-conflict",
           dataset.name + " already has the CRS " + crs.label + ", and crs=" + proto::shown_text(requested) + " is another",
-          "no crs= for this raster, or a raster whose own CRS is corrected", "crs"};
+          "no crs= for this raster; or, if its own CRS is wrong, a copy with the right one: " +
+              correcting_line(dataset.name, as_input(requested)),
+          "crs"};
     if (auto agreed = take_missing_vertical(dataset, asked, crs); !agreed.ok()) return agreed.problem();
   }
   crs.depth = crs.depth || (crs.declared_datum.empty() && counts_downwards(dataset));

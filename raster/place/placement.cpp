@@ -9,7 +9,9 @@
 #include <vector>
 
 #include "proto/ellipsoid.h"
+#include "raster/gdal/formats.h"
 #include "raster/gdal/gdal_scope.h"
+#include "raster/place/area_of_use.h"
 
 namespace cordillera::raster {
 namespace {
@@ -53,10 +55,13 @@ double nearest_turn(double x, double centre, double turn) {
 proto::Result<void> check_placed(const Dataset& dataset) {
   std::array<double, 6> ignored{};
   if (dataset.handle->GetGeoTransform(ignored.data()) == CE_None) return {};
-  return Problem{"raster-not-georeferenced",
-                 dataset.name + (dataset.handle->GetGCPCount() > 0 ? " is placed by ground control points only"
-                                                                   : " does not say where its pixels lie"),
-                 "a raster with an affine geotransform", ""};
+  if (dataset.handle->GetGCPCount() > 0)
+    return Problem{"raster-not-georeferenced", dataset.name + " is placed by ground control points only",
+                   "a raster with an affine geotransform, as this makes: " + copying_line("gdalwarp", dataset.name), ""};
+  return Problem{"raster-not-georeferenced", dataset.name + " does not say where its pixels lie",
+                 "a raster with an affine geotransform: with a world file beside it (posted, in one .zip), or made by " +
+                     copying_line("gdal_translate -a_ullr WEST NORTH EAST SOUTH", dataset.name),
+                 ""};
 }
 
 proto::Result<Placement> Placement::make(const Dataset& dataset, const Crs& crs) {
@@ -71,6 +76,7 @@ proto::Result<Placement> Placement::make(const Dataset& dataset, const Crs& crs)
   placement.find_period(crs);
   placement.plate_ = placement.is_plate(crs);
   placement.same_px_ = placement.same_place_px(crs);
+  if (auto done = placement.compare_with_area_of_use(dataset, crs); !done.ok()) return done.problem();
   return placement;
 }
 
@@ -118,23 +124,38 @@ proto::Result<void> Placement::check_degrees(const Dataset& dataset, const Crs& 
   return {};
 }
 
-bool Placement::transform_to(const Crs& crs, bool exact_only) {
+/// The operation that is best around a place, for the whole raster.
+std::unique_ptr<OGRCoordinateTransformation> best_around(double longitude_deg, double latitude_deg, const Crs& crs,
+                                                         OGRCoordinateTransformationOptions options) {
+  const double south = std::max(-90.0, latitude_deg - 0.5), north = std::min(90.0, latitude_deg + 0.5);
+  const double west = std::max(-180.0, longitude_deg - 0.5), east = std::min(180.0, longitude_deg + 0.5);
+  if (west < east && south < north) options.SetAreaOfInterest(west, south, east, north);
+  const OGRSpatialReference geographic = wgs84();
+  return std::unique_ptr<OGRCoordinateTransformation>(OGRCreateCoordinateTransformation(&geographic, &crs.horizontal, options));
+}
+
+bool Placement::transform_to(const Crs& crs, Way way) {
   const OGRSpatialReference geographic = wgs84();
   OGRCoordinateTransformationOptions options;
-  options.SetBallparkAllowed(!exact_only);
+  options.SetBallparkAllowed(way == Way::ballpark);
   to_wgs84_.reset(OGRCreateCoordinateTransformation(&crs.horizontal, &geographic, options));
   if (!to_wgs84_) return false;
+  knows_a_way_ = knows_a_way_ || way != Way::ballpark;
   double x[2] = {columns_ / 2.0, columns_ / 4.0}, y[2] = {rows_ / 2.0, rows_ / 4.0};
   image_to_map(x, y, 2);
   apply(*to_wgs84_, x, y, 2);
   // A raster of the whole earth in one projection may have its corners nowhere, but hardly both of these points.
   const int k = std::isfinite(x[0]) ? 0 : 1;
   if (!std::isfinite(x[k]) || std::abs(y[k]) > 90) return false;
-  // The operation best at the raster's centre, for the whole raster.
-  const double south = std::max(-90.0, y[k] - 0.5), north = std::min(90.0, y[k] + 0.5);
-  const double west = std::max(-180.0, x[k] - 0.5), east = std::min(180.0, x[k] + 0.5);
-  if (west < east && south < north) options.SetAreaOfInterest(west, south, east, north);
-  to_map_.reset(OGRCreateCoordinateTransformation(&geographic, &crs.horizontal, options));
+  if (way == Way::elsewhere) {
+    const auto use = area_of_use(crs.horizontal);
+    if (!use) return false;
+    const LonLat near = nearest_place(use->stated, x[k], y[k]);
+    to_map_ = best_around(near.longitude_deg, near.latitude_deg, crs, options);
+    if (!to_map_) to_map_ = best_around(middle_longitude_deg(use->stated), middle_latitude_deg(use->stated), crs, options);
+  } else {
+    to_map_ = best_around(x[k], y[k], crs, options);
+  }
   if (!to_map_) return false;
   to_wgs84_.reset(to_map_->GetInverse());
   double back_x = x[k], back_y = y[k];
@@ -144,9 +165,10 @@ bool Placement::transform_to(const Crs& crs, bool exact_only) {
 
 proto::Result<void> Placement::make_transform(const Dataset& dataset, const Crs& crs) {
   // Ballpark operations ignore the datum: only when PROJ has nothing better.
-  if (transform_to(crs, true)) return {};
-  ignores_datum_ = true;
-  if (transform_to(crs, false)) return {};
+  for (const Way way : {Way::here, Way::elsewhere, Way::ballpark}) {
+    way_ = way;
+    if (transform_to(crs, way)) return {};
+  }
   double x = columns_ / 2.0, y = rows_ / 2.0;
   image_to_map(&x, &y, 1);
   const double latitude_deg = y * degrees_per_unit(crs);
@@ -157,6 +179,36 @@ proto::Result<void> Placement::make_transform(const Dataset& dataset, const Crs&
   return Problem{"crs-not-transformable",
                  "the CRS of " + dataset.name + ", " + crs.label + ", cannot be taken to WGS 84 at the raster's place",
                  "a CRS that PROJ can transform, and coordinates that lie in it", crs.from == "request" ? "crs" : ""};
+}
+
+/// Coordinates of one CRS read in another lie somewhere on the earth, mostly far from where that is meant to be used. A CRS is
+/// used beyond its borders, too: what may be right is told alone. It is refused where nobody draws such a map: thousands of
+/// kilometres away, in a projection of a country. Maps around a pole and those whose x is longitude reach as far as one likes,
+/// and degrees are degrees everywhere.
+proto::Result<void> Placement::compare_with_area_of_use(const Dataset& dataset, const Crs& crs) {
+  constexpr double kFar_deg = 5, kAbsurd_deg = 30, kNearPole_deg = 85;
+  const auto use = area_of_use(crs.horizontal);
+  if (!use) return {};
+  double x[9], y[9];
+  for (int k = 0; k < 9; ++k) x[k] = columns_ * (k % 3) / 2.0, y[k] = rows_ * (k / 3) / 2.0;
+  to_degrees(x, y, 9);
+  double away_deg = 180;
+  for (int k = 0; k < 9; ++k)
+    if (std::isfinite(x[k])) away_deg = std::min(away_deg, degrees_away(use->usual, x[k], y[k]));
+  constexpr int kMiddle = 4;
+  if (!std::isfinite(x[kMiddle])) return {};
+  const bool only_elsewhere = way_ != Way::here && knows_a_way_ && degrees_away(use->stated, x[kMiddle], y[kMiddle]) > 0;
+  if (!(away_deg > kFar_deg || only_elsewhere)) return {};
+  beyond_ = dataset.name + " lies outside the area of use of " + crs.label + " (" + area_text(use->stated) + "): at " +
+            place_text(x[kMiddle], y[kMiddle]);
+  const bool local = crs.horizontal.IsProjected() && turn_ == 0 && use->stated.north_deg < kNearPole_deg &&
+                     use->stated.south_deg > -kNearPole_deg;
+  if (local && away_deg > kAbsurd_deg)
+    return crs.from == "request" ? Problem{"crs-mismatch", beyond_, "the CRS that the raster's coordinates are in", "crs"}
+                                 : Problem{"crs-mismatch", beyond_,
+                                           "a raster whose CRS fits its coordinates: " + correcting_line(dataset.name), ""};
+  beyond_ += "; is the CRS right?";
+  return {};
 }
 
 /// Maps whose x is longitude, stretched, repeat around the earth: a raster may run over the antimeridian, or close.

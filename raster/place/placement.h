@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <memory>
+#include <string>
 
 #include "proto/result.h"
 #include "raster/open/dataset.h"
@@ -30,7 +31,9 @@ class Placement {
   void to_degrees_on_map(double* x, double* y, std::size_t count) const;
 
   /// PROJ knows no way from the CRS's datum to WGS 84, and takes it for that.
-  bool ignores_datum() const { return ignores_datum_; }
+  bool ignores_datum() const { return way_ == Way::ballpark && beyond_.empty(); }
+  /// What is to be said of a raster that lies outside the area of use of its CRS; mostly empty.
+  const std::string& beyond_area_of_use() const { return beyond_; }
 
   /// Columns around the earth when the raster closes, else 0.
   int period_px() const { return period_px_; }
@@ -51,7 +54,11 @@ class Placement {
   void meet_poles(const Crs& crs);
   proto::Result<void> check_degrees(const Dataset& dataset, const Crs& crs) const;
   proto::Result<void> make_transform(const Dataset& dataset, const Crs& crs);
-  bool transform_to(const Crs& crs, bool exact_only);
+  /// Which of PROJ's operations: the best at the raster's centre; the best where the CRS is meant to be used, for a raster beside
+  /// that; one that ignores the datum.
+  enum class Way { here, elsewhere, ballpark };
+  bool transform_to(const Crs& crs, Way way);
+  proto::Result<void> compare_with_area_of_use(const Dataset& dataset, const Crs& crs);
   void find_period(const Crs& crs);
   bool is_plate(const Crs& crs) const;
   double same_place_px(const Crs& crs) const;
@@ -64,7 +71,10 @@ class Placement {
   double turn_ = 0;                              ///< map distance once around the earth; 0: the map does not repeat
   int period_px_ = 0;
   double turn_px_ = 0;
-  bool plate_ = false, ignores_datum_ = false;
+  bool plate_ = false;
+  bool knows_a_way_ = false;  ///< from the datum, if perhaps not here
+  Way way_ = Way::here;
+  std::string beyond_;
   double same_px_ = 0;
   std::unique_ptr<OGRCoordinateTransformation> to_map_, to_wgs84_;
 };

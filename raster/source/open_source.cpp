@@ -8,6 +8,7 @@
 #include "raster/pixels/decimation.h"
 #include "raster/pixels/units.h"
 #include "raster/place/crs.h"
+#include "raster/place/crs_label.h"
 #include "raster/source/raster_source.h"
 #include "raster/voids/filled_source.h"
 
@@ -36,6 +37,21 @@ proto::Result<HeightUnit> unit_of(const Dataset& dataset, const Crs& crs, bool z
   if (z_scale_given) return HeightUnit{shown, 1};
   return Problem{"unit-unknown", "the heights of " + dataset.name + " are in \"" + shown + "\", a unit not known here",
                  std::string(kAcceptedUnits) + ", or z_scale= to say what takes them to metres", "z_scale"};
+}
+
+/// Heights are metres unless something says otherwise. Where the map counts in feet they are feet as often.
+std::string note_on_feet(const Dataset& dataset, const Crs& crs) {
+  if (!crs.horizontal.IsProjected() || dataset.band->GetUnitType()[0] != '\0' || !crs.height_unit.empty()) return "";
+  const char* name = nullptr;
+  const double metres = crs.horizontal.GetLinearUnits(&name);
+  const auto unit = height_unit(text_of(name));
+  if (!unit || !unit->name.ends_with("foot") || std::abs(metres - 0.3048) > 1e-4) return "";
+  std::string feet = unit->name;
+  feet.replace(feet.size() - 3, 2, "ee");
+  char factor[32];
+  std::snprintf(factor, sizeof factor, "%.10g", metres);
+  return "Heights are taken as metres, for nothing states their unit; the CRS counts in " + feet +
+         ": if the heights do, z_scale=" + factor;
 }
 
 proto::Result<HeightRule> height_rule(const Dataset& dataset, const Crs& crs, const HeightUnit& unit,
@@ -140,6 +156,16 @@ std::string horizontal_datum(const Crs& crs) {
   return proto::shown_text(words);
 }
 
+/// What a user should know of how the raster is read.
+void add_notes(const SourceParts& parts, const Crs& crs, bool z_scale_given, proto::Source& s) {
+  const Dataset& d = parts.dataset;
+  if (const std::string& beyond = parts.placement->beyond_area_of_use(); !beyond.empty()) s.add_notes(proto::as_utf8(beyond));
+  if (std::string feet = z_scale_given ? "" : note_on_feet(d, crs); !feet.empty()) s.add_notes(std::move(feet));
+  if (d.colour.empty()) return;
+  s.add_notes(proto::as_utf8(d.name) + " is a picture, and its band " + std::to_string(d.band->GetBand()) + ", " + d.colour +
+              ", is taken for heights");
+}
+
 void describe(SourceParts& parts, const Crs& crs, const HeightUnit& unit, const Footprint& f, const GroundSize& size) {
   proto::Source& s = parts.description;
   const Dataset& d = parts.dataset;
@@ -224,6 +250,7 @@ proto::Result<std::unique_ptr<Source>> open_checked(const std::string& path, con
   parts.datum = std::move(*datum);
   if (parts.datum.from == "source") parts.datum.from = crs->vertical_from;
   describe(parts, *crs, *unit, *f, size);
+  add_notes(parts, *crs, options.has_z_scale(), parts.description);
   return std::unique_ptr<Source>(std::make_unique<RasterSource>(std::move(parts)));
 }
 

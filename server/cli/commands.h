@@ -72,7 +72,7 @@ int dry_run(const pipeline::BuildRequest& request, Show show);
 
 /// cordillera info: the manifest of a folder that build wrote or of a dataset's .sqlite file; of a raster, what it is and what a
 /// build with these settings would make.
-int info_command(const std::string& path, Show show, const Settings& settings);
+int info_command(const std::string& path, Show show, const Settings& settings, BadSource bad = BadSource::refuse);
 
 /// cordillera decode: what a fetched .drc or .glb tile holds, counted after decoding.
 int decode_command(const std::string& path);

@@ -5,7 +5,6 @@
 #include "pipeline/store/store.h"
 #include "pipeline/tileset/manifest_json.h"
 #include "proto/letters.h"
-#include "raster/mosaic/source_list.h"
 #include "server/cli/commands.h"
 #include "server/cli/path_kind.h"
 
@@ -33,24 +32,18 @@ proto::Result<proto::Manifest> read_manifest(const std::string& path) {
 }
 
 /// As a dry run.
-int tell_of_raster(const std::string& path, Show show, Settings settings) {
+int tell_of_raster(const std::string& path, Show show, Settings settings, BadSource bad) {
   settings.dry_run = true;
   BuildLine line;
   line.rasters = {path};
   line.show = show;
+  line.bad = bad;
   return build_command(settings, line);
-}
-
-/// A folder that was not built, but has rasters to build of.
-bool holds_rasters(const std::string& path) {
-  std::error_code error;
-  const bool built = fs::exists(fs::path(path) / "manifest.json", error) || fs::exists(fs::path(path) / "dataset.sqlite", error);
-  return path_kind(path) == PathKind::folder && !built && raster::list_sources(path).ok();
 }
 
 }  // namespace
 
-int info_command(const std::string& path, Show show, const Settings& settings) {
+int info_command(const std::string& path, Show show, const Settings& settings, BadSource bad) {
   if (const auto closed = refuse_closed(path, "path")) return fail(*closed);
   const PathKind kind = path_kind(path);
   const bool of_maps = kind != PathKind::folder && pipeline::exports::is_tile_archive(path),
@@ -61,7 +54,7 @@ int info_command(const std::string& path, Show show, const Settings& settings) {
               "path"});
     return kFailed;
   }
-  if (kind == PathKind::raster || holds_rasters(path)) return tell_of_raster(path, show, settings);
+  if (kind == PathKind::raster || holds_rasters(path)) return tell_of_raster(path, show, settings, bad);
   const auto manifest = read_manifest(path);
   if (!manifest) return fail(manifest.problem());
   std::cout << (show == Show::json ? pipeline::manifest_json(*manifest) : manifest_table(*manifest));

@@ -30,6 +30,23 @@ std::string bytes_text(double bytes) {
   return bytes < 1e10 ? text("%.0f MB", bytes / 1e6) : text("%.0f GB", bytes / 1e9);
 }
 
+/// How voids are told. A raster that declares no value for them may have some all the same: what is beyond the limit, or beside
+/// it.
+std::string nodata_text(const proto::Source& source) {
+  return source.nodata() == "none" ? "none declared" : text("%.100s", masked(source.nodata()).c_str());
+}
+
+/// Where it lies, as bbox= takes it, and how large its pixels are on the ground.
+std::string place_line(const proto::Source& source) {
+  constexpr int kSides = 4;
+  if (source.bbox_size() < kSides) return "";
+  std::string out = text("bbox      %.5f,%.5f,%.5f,%.5f (west, south, east, north)", source.bbox(0), source.bbox(1),
+                         source.bbox(2), source.bbox(3));
+  if (source.pixel_width_m() > 0)
+    out += text(", pixels of %.4g x %.4g m on the ground", source.pixel_width_m(), source.pixel_height_m());
+  return out + "\n";
+}
+
 std::string source_lines(const proto::Manifest& manifest) {
   const proto::Source& source = manifest.source();
   std::string out = text("source    %.200s:", masked(source.file()).c_str());
@@ -37,6 +54,7 @@ std::string source_lines(const proto::Manifest& manifest) {
     out += text("%s %u x %u", manifest.sources_size() > 1 ? " each" : "", source.columns(), source.rows());
   out += text(" %s, %s\n", masked(source.data_type()).c_str(), masked(source.driver()).c_str());
   out += text("crs       %.300s (%s)\n", masked(source.crs()).c_str(), masked(source.crs_from()).c_str());
+  out += place_line(source);
   const bool other = !source.vertical_datum_declared().empty() && source.vertical_datum_declared() != source.vertical_datum();
   out += text("heights   above %.200s (%s%s%.200s%s%.200s), unit %.50s\n", masked(source.vertical_datum()).c_str(),
               masked(source.vertical_datum_from()).c_str(), source.vertical_grid().empty() ? "" : ", by ",
@@ -90,7 +108,7 @@ int wrong_usage(const proto::Problem& problem) {
 std::string manifest_table(const proto::Manifest& manifest) {
   const proto::Source& source = manifest.source();
   std::string out = source_lines(manifest);
-  out += text("nodata    %.100s, %.2f %% of the lattice\n", masked(source.nodata()).c_str(), 100 * source.nodata_share());
+  out += text("nodata    %s; %.2f %% of the lattice has no height\n", nodata_text(source).c_str(), 100 * source.nodata_share());
   out += strategy_lines(manifest);
   out += text("range     %.2f to %.2f m above the ellipsoid\n", source.min_height(), source.max_height());
   out += pixels_line(source);
@@ -110,7 +128,7 @@ std::string manifest_table(const proto::Manifest& manifest) {
 std::string estimate_table(const proto::Manifest& manifest, double seconds, const std::optional<raster::ValueLook>& values) {
   const bool shares = manifest.options().keep_size() > 0;
   std::string out = source_lines(manifest);
-  out += text("nodata    %.100s\n", masked(manifest.source().nodata()).c_str());
+  out += text("nodata    %s\n", nodata_text(manifest.source()).c_str());
   if (values) out += text("values    %.300s\n", raster::text_of(*values, manifest.source().vertical_datum()).c_str());
   out += strategy_lines(manifest);
   out += text("tiles     about %u in levels %u to %u, %u triangles, %s; cell %.2f m\n", manifest.tiles(), manifest.min_level(),

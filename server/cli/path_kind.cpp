@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "raster/gdal/formats.h"
+#include "raster/mosaic/source_list.h"
 
 namespace cordillera::server {
 namespace {
@@ -38,6 +39,13 @@ std::optional<proto::Problem> refuse_closed(const std::string& path, const std::
   if (error != std::errc::permission_denied && !(folder && ::access(path.c_str(), R_OK | X_OK) != 0)) return std::nullopt;
   return proto::Problem{"file-unreadable", path + " may not be read: Permission denied",
                         "a path that is open to whoever runs this", parameter};
+}
+
+bool holds_rasters(const std::string& path) {
+  std::error_code error;
+  const bool built = std::filesystem::exists(std::filesystem::path(path) / "manifest.json", error) ||
+                     std::filesystem::exists(std::filesystem::path(path) / "dataset.sqlite", error);
+  return path_kind(path) == PathKind::folder && !built && raster::list_sources(path).ok();
 }
 
 bool means_another_file(const std::string& output) {

@@ -19,6 +19,9 @@ PathKind path_kind(const std::string& path);
 /// missing.
 std::optional<proto::Problem> refuse_closed(const std::string& path, const std::string& parameter);
 
+/// A folder that was not built, but has rasters to build of.
+bool holds_rasters(const std::string& path);
+
 /// dem.tif, out.zip: who says so means a file, unless such a folder is there or a slash says that it is one.
 bool means_another_file(const std::string& output);
 /// Its refusal by a command that writes folders, datasets and what export writes.

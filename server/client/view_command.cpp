@@ -107,6 +107,10 @@ proto::Result<Subjects> subjects_of(const std::vector<std::string>& paths) {
           "file-unreadable", "there is no " + path,
           "a raster, a dataset's .sqlite file, a .3tz, .pmtiles or .mbtiles, or a folder that `cordillera build` wrote", "path"};
     }
+    if (kind == PathKind::folder && holds_rasters(path)) {
+      return proto::Problem{"file-unreadable", path + " holds rasters, and nothing that was built of them",
+                            "cordillera build " + path + " -o terrain.sqlite, and then cordillera view terrain.sqlite", "path"};
+    }
     std::string shown = path;
     const bool tiles = kind != PathKind::folder && pipeline::exports::is_tile_archive(path);
     if (tiles || kind == PathKind::raster) {

@@ -138,6 +138,25 @@ TEST(Store, HorizontalDatumsAreNotedWhereTheyMatter) {
             Notes{"The rasters have 2 horizontal datums (GDA2020, GDA94): where they meet they may be some metres apart"});
 }
 
+TEST(Store, WhatWasNotedOfSourcesIsInTheNotesOnceAndNotByHundreds) {
+  proto::Manifest manifest = synthetic_manifest();
+  manifest.clear_notes();
+  manifest.mutable_source()->add_notes("one alone");
+  note_datums(manifest);
+  EXPECT_EQ(manifest.notes_size(), 1);
+  EXPECT_EQ(manifest.notes(0), "one alone");
+  manifest.clear_notes();
+  for (int k = 0; k < 30; ++k) {
+    proto::Source& source = *manifest.add_sources();
+    source.add_notes("of all");
+    source.add_notes("of number " + std::to_string(k));
+  }
+  note_datums(manifest);
+  EXPECT_EQ(manifest.notes_size(), 11);
+  EXPECT_EQ(manifest.notes(0), "of all");
+  EXPECT_EQ(manifest.notes(10), "21 more notes stand with the rasters that they are of, in sources");
+}
+
 TEST(Store, BoundsCrossTheAntimeridian) {
   const TemporaryFolder folder;
   auto store = writer(folder / "a.db", synthetic_plan(6));

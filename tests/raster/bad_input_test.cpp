@@ -69,6 +69,45 @@ TEST_F(BadInput, WhatIsNoRasterIsSaidToBeSo) {
             "raster-truncated");
 }
 
+/// Servers send a page where a file is missing, and it is saved under the file's name.
+TEST_F(BadInput, WhatAServerSaidInPlaceOfARasterIsToldSo) {
+  const std::pair<const char*, const char*> pages[] = {
+      {"<!DOCTYPE HTML PUBLIC \"-//IETF//DTD HTML 2.0//EN\">\n<HTML>", "dem.tif is an HTML page, not a raster"},
+      {"\n<!doctype html><title>404</title>", "dem.tif is an HTML page, not a raster"},
+      {"<HTML><HEAD>", "dem.tif is an HTML page, not a raster"},
+      {"<?xml version=\"1.0\"?><html xmlns=\"\">", "dem.tif is an HTML page, not a raster"},
+      {"<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<Error><Code>AccessDenied</Code></Error>",
+       "dem.tif is an error of a server in XML, not a raster"},
+      {"<?xml version=\"1.0\"?><ows:ExceptionReport version=\"2.0\">", "dem.tif is an error of a server in XML, not a raster"},
+      {"{\"message\": \"Not Found\"}", "dem.tif is JSON, not a raster"},
+      {"404: Not Found", "dem.tif is text, not a raster; it begins \"404: Not Found\""},
+      {"Access denied.\r\nPlease log in.\r\n", "dem.tif is text, not a raster; it begins \"Access denied.\""}};
+  for (const auto& [text, detail] : pages) {
+    const auto refused = open(write_text(text, "dem.tif"));
+    ASSERT_FALSE(refused.ok()) << text;
+    EXPECT_EQ(refused.problem().type, "raster-format-unsupported") << text;
+    EXPECT_EQ(refused.problem().detail, detail);
+  }
+}
+
+TEST_F(BadInput, OfAMissingFileNoFormatIsWrong) {
+  const auto missing = open(path("none.tif"));
+  ASSERT_FALSE(missing.ok());
+  EXPECT_EQ(missing.problem().line(), "none.tif does not exist");
+}
+
+TEST_F(BadInput, PointsOnNoGridAreToldToBeSortedNoSecondTime) {
+  const auto detail = [&](const std::string& points) {
+    const auto refused = open(write_text(points, "points.xyz"));
+    return refused.ok() ? std::string() : refused.problem().line();
+  };
+  const std::string sorted = detail("10 47 1\n10.31 46.9 2\n10.07 46.5 3\n10.9 46.2 4\n10.2 46.1 5\n10.5 46 6\n");
+  EXPECT_NE(sorted.find("points.xyz is points that lie on no regular grid"), sorted.npos) << sorted;
+  EXPECT_NE(sorted.find("gdal_grid makes one"), sorted.npos) << sorted;
+  const std::string mixed = detail("10.5 46 6\n10 47 1\n10.31 46.9 2\n10.07 46.5 3\n10.2 46.1 5\n10.9 46.2 4\n");
+  EXPECT_NE(mixed.find("sort -g -k 2,2r -k 1,1 points.xyz"), mixed.npos) << mixed;
+}
+
 TEST_F(BadInput, ThreeBands) {
   Spec spec;
   spec.bands = 3;

@@ -79,6 +79,31 @@ TEST_F(Band, ByNumberOrName) {
   EXPECT_EQ(several.problem().parameter, "band");
 }
 
+TEST_F(Band, APictureIsToldSo) {
+  Spec spec;
+  spec.bands = 3, spec.type = "Byte", spec.create = {"PHOTOMETRIC=RGB"};
+  const auto refused = open(write(spec, "rgb.tif"));
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.problem().type, "raster-bands");
+  EXPECT_EQ(refused.problem().detail, "rgb.tif is a picture of 3 bands: its pixels are colours, which are no heights");
+  EXPECT_NE(refused.problem().accepted.find("gdal_calc.py -R rgb.tif -G rgb.tif -B rgb.tif"), std::string::npos);
+  auto options = plain_options();
+  options.set_band("1");
+  const auto chosen = must_open(path("rgb.tif"), options);
+  ASSERT_TRUE(chosen);
+  ASSERT_EQ(chosen->description().notes_size(), 1);
+  EXPECT_EQ(chosen->description().notes(0), "rgb.tif is a picture, and its band 1, red, is taken for heights");
+  options.set_band("4");
+  EXPECT_EQ(open(path("rgb.tif"), options).problem().detail, "rgb.tif has 3 bands, and none of them is 4");
+  spec.create.clear(), spec.bands = 4;
+  EXPECT_EQ(open(write(spec, "bytes.tif")).problem().detail,
+            "bytes.tif is a picture of 4 bands: its pixels are colours, which are no heights");
+  spec.type = "Float32";  // no colours
+  EXPECT_EQ(open(write(spec, "floats.tif")).problem().detail, "floats.tif has 4 bands; an elevation model has one");
+  options.set_band("1");
+  EXPECT_EQ(must_open(path("floats.tif"), options)->description().notes_size(), 0);
+}
+
 TEST_F(Band, OfSeveralTheOnlyOneThatIsCalledAsHeightsAre) {
   EXPECT_EQ(height(bands("GTiff", "gee.tif", {"slope", "elevation", "aspect"}), ""), "102");
   EXPECT_EQ(height(path("gee.tif"), "slope"), "101");

@@ -313,11 +313,17 @@ TEST_F(Crs, RequestsAndRefusals) {
   EXPECT_EQ(problem_type(file, options), "crs-unsupported");
   options.set_crs("EPSG:25832");
   EXPECT_EQ(problem_type(write({}), options), "crs-conflict");
+  EXPECT_NE(open(write({}), options).problem().accepted.find("gdal_translate -a_srs EPSG:25832 dem.tif dem-2.tif"),
+            std::string::npos);
   options.set_crs("EPSG:4326");
   EXPECT_TRUE(must_open(write({}), options));
   Spec local;
   local.crs = "LOCAL_CS[\"site grid\",UNIT[\"metre\",1]]";
   EXPECT_EQ(problem_type(write(local)), "crs-unsupported");
+  EXPECT_EQ(open(write(local)).problem().parameter, "crs");
+  const auto placed = must_open(write(local), options);
+  ASSERT_TRUE(placed) << "a local system says nothing of the earth";
+  EXPECT_EQ(placed->description().crs_from(), "request");
   Spec metres;
   metres.geotransform = {376313, 30, 0, 3807917, 0, -30};
   EXPECT_EQ(problem_type(write(metres)), "crs-mismatch");
@@ -333,6 +339,8 @@ TEST_F(Crs, RequestsAndRefusals) {
   Spec unplaced;
   unplaced.georeferenced = false;
   EXPECT_EQ(problem_type(write(unplaced)), "raster-not-georeferenced");
+  EXPECT_NE(open(write(unplaced)).problem().accepted.find("gdal_translate -a_ullr WEST NORTH EAST SOUTH dem.tif dem-2.tif"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -126,6 +126,21 @@ TEST_F(Decimated, RangeAndVoidsOfTheValuesAreKnown) {
   EXPECT_TRUE(taken.ok() && *taken != nullptr) << "a source whose voids are filled is of the same raster";
 }
 
+TEST_F(Decimated, OfSeveralRastersTheirValuesAreAddedUp) {
+  Spec spec = plane(64);
+  spec.value = [](int c, int r) { return c < 16 ? -9999.0 : 100 + c + r; };
+  raster::ValueLook all;
+  raster::add(look(write(spec)), all);
+  spec.nodata = -9999;
+  raster::add(look(write(spec)), all);
+  spec.nodata.reset(), spec.value = [](int, int) { return 400.0; };
+  raster::add(look(write(spec)), all);
+  EXPECT_EQ(raster::text_of(all, "EGM96"), "-9999.00 to 400.00 m above EGM96, 8.3 % voids, at all pixels");
+  EXPECT_THAT(raster::notes_on(all), ::testing::ElementsAre(::testing::HasSubstr("9.1 % of the values are -9999")));
+  raster::add(look(write(plane(1100))), all);
+  EXPECT_THAT(raster::text_of(all, "EGM96"), ::testing::HasSubstr("pixels spread over the rasters"));
+}
+
 TEST_F(Decimated, AValueThatMayMeanNoDataIsNoted) {
   Spec spec = plane(64);
   spec.value = [](int c, int r) { return c < 16 ? -9999.0 : 100 + c + r; };

@@ -182,6 +182,8 @@ TEST_F(Program, InfoOfARasterIsADryRun) {
   EXPECT_EQ(table.code, 0) << table.output;
   EXPECT_THAT(table.output, HasSubstr("960 x 540 Int16, GTiff"));
   EXPECT_THAT(table.output, HasSubstr("dry run: nothing was built"));
+  EXPECT_THAT(table.output,
+              HasSubstr("\nbbox      -71.85000,44.05083,-71.05083,44.50000 (west, south, east, north), pixels of "));
   EXPECT_THAT(table.output, HasSubstr("\nvalues    141.00 to 1908.00 m above EGM96, no voids, at all pixels\n"));
   Json json = Json::parse(shell(kProgram + " info --json " + raster).output, nullptr, false);
   EXPECT_EQ(json["dry_run"], true) << json.dump();
@@ -197,9 +199,17 @@ TEST_F(Program, InfoOfARasterIsADryRun) {
   EXPECT_THAT(placed.output, HasSubstr("(EPSG:25832) (request)"));
   std::filesystem::create_directory(folder_.path() / "many");
   for (const char* name : {"a.tif", "b.tif"}) std::filesystem::copy_file(raster, folder_.path() / "many" / name);
-  EXPECT_THAT(shell(kProgram + " info " + (folder_.path() / "many").string()).output,
-              HasSubstr("source    2 rasters: each 960 x 540"));
+  const std::string many = (folder_.path() / "many").string();
+  const Ended two = shell(kProgram + " info " + many);
+  EXPECT_THAT(two.output, HasSubstr("source    2 rasters: each 960 x 540"));
+  EXPECT_THAT(two.output, HasSubstr("\nvalues    141.00 to 1908.00 m above EGM96, no voids, at "));
   std::ofstream(folder_.path() / "bad.tif") << "no raster";
+  std::filesystem::copy_file(folder_.path() / "bad.tif", folder_.path() / "many" / "c.tif");
+  EXPECT_EQ(shell(kProgram + " info " + many).code, 1);
+  EXPECT_THAT(shell(kProgram + " info --skip-bad " + many).output, HasSubstr("source    2 rasters: each 960 x 540"));
+  const Ended viewed = shell(kProgram + " view " + many + " 2>&1");
+  EXPECT_EQ(viewed.code, 1);
+  EXPECT_THAT(viewed.output, HasSubstr("cordillera build " + many + " -o "));
   EXPECT_EQ(shell(kProgram + " info " + (folder_.path() / "bad.tif").string()).code, 1);
 }
 
