@@ -127,7 +127,7 @@ Problem is_a_picture(const std::string& name, int bands) {
           "gdal_calc.py -R " +
               file + " -G " + file + " -B " + file +
               " --R_band=1 --G_band=2 --B_band=3 --type=Float32 --calc='-10000 + (R*65536. + G*256. + B) * 0.1' "
-              "--outfile=heights.tif",
+              "--outfile=heights.tif; band= with a number takes one of them all the same",
           "band"};
 }
 

@@ -8,7 +8,7 @@
 namespace cordillera::raster {
 namespace {
 
-struct Place {
+struct PointXy {
   double x = 0, y = 0;
 };
 
@@ -26,13 +26,13 @@ std::optional<double> next_number(std::string_view& line) {
 
 bool are_sorted(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  std::optional<Place> last;
+  std::optional<PointXy> last;
   for (std::string text; std::getline(file, text);) {
     std::string_view line = text;
     const auto x = next_number(line), y = next_number(line);
     if (!x || !y) continue;
     if (last && (*y > last->y || (*y == last->y && *x < last->x))) return false;
-    last = Place{*x, *y};
+    last = PointXy{*x, *y};
   }
   return last.has_value();
 }

@@ -61,14 +61,24 @@ TEST_F(AreaOfUse, NearerItIsNoted) {
                   "51.56 N): at 0.90 W, 38.34 N; is the CRS right?"));
 }
 
+// PROJ has no operation for the place itself, and would read the datum as WGS 84, 145 m away.
+TEST_F(AreaOfUse, BesideItsDatumIsStillKnown) {
+  const auto source = must_open(at("EPSG:2056", 2960000, 1200000, 1));
+  ASSERT_TRUE(source);
+  EXPECT_FALSE(source->description().datum_ignored());
+  EXPECT_NEAR(source->description().bbox(0), 12.161922, 2e-6);
+  EXPECT_NEAR(source->description().bbox(3), 46.853575, 2e-6);
+  EXPECT_THAT(notes("EPSG:2056", 2960000, 1200000, 1), ElementsAre(HasSubstr("at 12.16 E, 46.85 N; is the CRS right?")));
+}
+
 TEST_F(AreaOfUse, WhatMayBeRightIsNeverRefused) {
-  struct Place {
+  struct Case {
     const char* crs;
     double x, y, pixel;
   };
   // Degrees are degrees; x is longitude; a map around a pole goes as far as one likes.
-  for (const Place& far : {Place{"EPSG:4269", -170.7, -14.3, 0.001}, Place{"EPSG:3832", -14000000, 6000000, 30},
-                           Place{"EPSG:3413", 8000000, 0, 1000}})
+  for (const Case& far :
+       {Case{"EPSG:4269", -170.7, -14.3, 0.001}, Case{"EPSG:3832", -14000000, 6000000, 30}, Case{"EPSG:3413", 8000000, 0, 1000}})
     EXPECT_THAT(notes(far.crs, far.x, far.y, far.pixel), ElementsAre(HasSubstr("is the CRS right?"))) << far.crs;
 }
 
