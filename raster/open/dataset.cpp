@@ -142,7 +142,8 @@ Problem not_opened(const AtHand& raster, const std::string& message) {
             "points of a regular grid, row by row, each row from west to east: " + sorting_line(raster.file), ""};
   }
   constexpr std::string_view kTexts = ".asc .grd .dem .xyz .txt .csv ";
-  const bool of_text = kTexts.find(extension_of(raster.file) + " ") != kTexts.npos;
+  const std::string extension = extension_of(raster.file);
+  const bool of_text = extension.empty() || kTexts.find(extension + " ") != kTexts.npos;
   if (const std::string line = of_text ? "" : first_line_of_text(raster.path); !line.empty())
     return {"raster-format-unsupported", name + " is text, not a raster; it begins \"" + line + "\"", accepted_formats(""), ""};
   return {"raster-format-unsupported", name + " cannot be opened as a raster" + (message.empty() ? "" : ": " + message),

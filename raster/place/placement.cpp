@@ -166,6 +166,7 @@ bool Placement::transform_to(const Crs& crs, Way way) {
 proto::Result<void> Placement::make_transform(const Dataset& dataset, const Crs& crs) {
   // Ballpark operations ignore the datum: only when PROJ has nothing better.
   for (const Way way : {Way::here, Way::elsewhere, Way::ballpark}) {
+    if (way == Way::elsewhere && !knows_a_way_) continue;
     way_ = way;
     if (transform_to(crs, way)) return {};
   }

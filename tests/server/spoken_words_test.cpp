@@ -176,6 +176,16 @@ TEST_F(Program, MapsOfThePolesAreRefusedBeforeTheyAreBuilt) {
     EXPECT_EQ(shell(build + not_maps).code, 0) << not_maps;
 }
 
+TEST_F(Program, NodataThatNobodyDeclaredContradictsNoVoids) {
+  const std::string plain = (folder_.path() / "plain.asc").string();
+  std::ofstream(plain) << "ncols 3\nnrows 2\nxllcorner 10\nyllcorner 46\ncellsize 0.1\n1 2 3\n4 5 6\n";
+  const std::string options = " --crs EPSG:4326 --vertical-datum ellipsoid";
+  EXPECT_THAT(shell(kProgram + " info " + plain + options).output, HasSubstr("\nnodata    none declared\n"));
+  const Ended built = shell(kProgram + " build " + plain + options + " -o " + (folder_.path() / "plain.sqlite").string());
+  EXPECT_THAT(built.output, HasSubstr("\nnodata    none declared; 0.00 % of the lattice has no height\n"));
+  EXPECT_THAT(built.output, HasSubstr("\nbbox      10.00000,46.00000,10.30000,46.20000 (west, south, east, north), pixels of "));
+}
+
 TEST_F(Program, InfoOfARasterIsADryRun) {
   const std::string raster = std::string(CORDILLERA_SOURCE_DIR) + "/deploy/sample/white_mountains_srtm3.tif";
   const Ended table = shell(kProgram + " info " + raster);
