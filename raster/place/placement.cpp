@@ -205,9 +205,10 @@ proto::Result<void> Placement::compare_with_area_of_use(const Dataset& dataset, 
   const bool local = crs.horizontal.IsProjected() && turn_ == 0 && use->stated.north_deg < kNearPole_deg &&
                      use->stated.south_deg > -kNearPole_deg;
   if (local && away_deg > kAbsurd_deg)
-    return crs.from == "request" ? Problem{"crs-mismatch", beyond_, "the CRS that the raster's coordinates are in", "crs"}
-                                 : Problem{"crs-mismatch", beyond_,
-                                           "a raster whose CRS fits its coordinates: " + correcting_line(dataset.name), ""};
+    return crs.from == "request"
+               ? Problem{"crs-mismatch", beyond_, "the CRS that the raster's coordinates are in", "crs"}
+               : Problem{"crs-mismatch", beyond_,
+                         "a raster whose CRS fits its coordinates, as this makes: " + correcting_line(dataset.name), ""};
   beyond_ += "; is the CRS right?";
   return {};
 }
