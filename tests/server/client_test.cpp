@@ -319,7 +319,9 @@ TEST_F(Client, WhatFailsIsTold) {
   const std::string id = json(posted)["id"];
   const Ended watched = client("watch " + id);
   EXPECT_EQ(watched.code, 1);
-  EXPECT_THAT(watched.output, HasSubstr("The raster's format is not read\n  bad.tif cannot be opened as a raster\n  accepted: "));
+  EXPECT_THAT(watched.output,
+              HasSubstr("The raster's format is not read\n  bad.tif is text, not a raster; it begins \"no raster\"\n"
+                        "  accepted: "));
   const Json told = json(client("watch -q --json " + id));
   EXPECT_EQ(told["type"], "urn:cordillera:problem:raster-format-unsupported");
   EXPECT_EQ(told["status"], 422);
