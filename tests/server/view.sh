@@ -149,7 +149,7 @@ printf 'no raster' >bad.tif
 code=0
 "$program" view --no-browser bad.tif >said 2>&1 || code=$?
 is 1 "$code" 'view of what is no raster'
-grep -q 'bad.tif cannot be opened as a raster' said || fail "view of what is no raster: $(cat said)"
+grep -q 'bad.tif is text, not a raster' said || fail "view of what is no raster: $(cat said)"
 code=0
 "$program" view nothing.tif >said 2>&1 || code=$?
 is 1 "$code" 'view of nothing'
