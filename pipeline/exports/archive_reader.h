@@ -1,6 +1,7 @@
 #pragma once
 // Archives of tiles for maps, read: PMTiles, version 3, and MBTiles, by whoever made them. What fails throws Refused, or
 // StoreError where SQLite cannot read.
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <string>
@@ -33,6 +34,7 @@ class ArchiveReader {
 };
 
 std::unique_ptr<ArchiveReader> open_pmtiles(const std::string& path);
-std::unique_ptr<ArchiveReader> open_mbtiles(const std::string& path);
+/// stop: ends what is read, with StoreError, also within a row: it may be one that a view computes. May be null.
+std::unique_ptr<ArchiveReader> open_mbtiles(const std::string& path, const std::atomic<bool>* stop);
 
 }  // namespace cordillera::pipeline::exports

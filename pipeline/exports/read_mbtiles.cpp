@@ -10,7 +10,8 @@ constexpr std::size_t kMostTile = std::size_t{64} << 20;
 
 class MbtilesFile final : public ArchiveReader {
  public:
-  explicit MbtilesFile(const std::string& path) : path_(path), database_(path, Database::Mode::shared) {
+  MbtilesFile(const std::string& path, const std::atomic<bool>* stop)
+      : path_(path), database_(path, Database::Mode::foreign, stop) {
     Statement row(database_, "SELECT name, value FROM metadata");
     while (row.step()) metadata_[std::string(row.blob(0))] = std::string(row.blob(1));
     // Layers of vector tiles stand in a document of their own.
@@ -47,6 +48,8 @@ class MbtilesFile final : public ArchiveReader {
 
 }  // namespace
 
-std::unique_ptr<ArchiveReader> open_mbtiles(const std::string& path) { return std::make_unique<MbtilesFile>(path); }
+std::unique_ptr<ArchiveReader> open_mbtiles(const std::string& path, const std::atomic<bool>* stop) {
+  return std::make_unique<MbtilesFile>(path, stop);
+}
 
 }  // namespace cordillera::pipeline::exports

@@ -182,14 +182,23 @@ Json tilejson_of(const Face& face, const Json& metadata, const Tiles& tiles, con
   return json;
 }
 
-void unpack(const std::string& path, const fs::path& folder, const std::string& what) {
-  const auto archive = first_bytes(path, 7) == "PMTiles" ? open_pmtiles(path) : open_mbtiles(path);
+bool is_set(const std::atomic<bool>* stop) { return stop != nullptr && *stop; }
+
+proto::Problem stopped(const std::string& path) {
+  return {"cancelled", "the unpacking of " + path + " was stopped, and nothing of it is kept", "", ""};
+}
+
+void unpack(const std::string& path, const fs::path& folder, const std::string& what, const std::atomic<bool>* stop) {
+  const auto archive = first_bytes(path, 7) == "PMTiles" ? open_pmtiles(path) : open_mbtiles(path, stop);
   const Json& metadata = archive->metadata();
   const Face* face = face_said(metadata, path);
   const bool said = face != nullptr;
   if (!said) face = faces::face_named(kPictures);
   Tiles tiles(folder, *face, what);
-  archive->each_tile([&](const SquareAddress& at, std::string_view bytes) { tiles.put(at, bytes); });
+  archive->each_tile([&](const SquareAddress& at, std::string_view bytes) {
+    if (is_set(stop)) throw Refused{stopped(path)};
+    tiles.put(at, bytes);
+  });
   if (tiles.count() == 0) refuse(path + " holds no tiles");
   if (!said && looks_like_heights(tiles.a_finest())) {
     face = faces::face_named(kHeights);
@@ -212,14 +221,14 @@ bool is_tile_archive(const std::string& path) {
          (begin.ends_with("MPBX") || proto::lower(fs::path(path).extension().string()) == ".mbtiles");
 }
 
-proto::Result<void> unpack_tiles(const std::string& path, const std::string& folder) {
+proto::Result<void> unpack_tiles(const std::string& path, const std::string& folder, const std::atomic<bool>* stop) {
   const std::string what = "what " + fs::path(path).filename().string() + " unpacks to";
   try {
     if (auto full = raster::no_room(folder, fs::file_size(path), what)) return *full;
-    unpack(path, folder, what);
+    unpack(path, folder, what, stop);
     return {};
   } catch (const Refused& refused) { return refused.problem; } catch (const StoreError& e) {
-    return unreadable(path, e.what());
+    return is_set(stop) ? stopped(path) : unreadable(path, e.what());
   } catch (const std::ios_base::failure&) {
     return proto::Problem{"storage-full", "there is no room in the temporary folder for " + what,
                           "a TMPDIR on a disk with free space", ""};

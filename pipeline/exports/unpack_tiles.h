@@ -1,5 +1,6 @@
 #pragma once
 // An archive of tiles for maps as a folder of finished tiles, which a service can mount.
+#include <atomic>
 #include <string>
 
 #include "proto/result.h"
@@ -12,8 +13,9 @@ bool is_tile_archive(const std::string& path);
 /// Into an empty folder: the tiles as `build` writes those of a format of Web Mercator, the format's TileJSON, and a manifest.
 /// Others' archives are taken for Terrain-RGB or Terrarium where they say so ("encoding") or their pixels can be no picture, for
 /// contours where they have that layer, else for pictures; of their manifest only name, attribution and bounds are known.
-/// Problems: "archive-unreadable", "archive-too-large" (more than a million tiles), "storage-full"; "file-unreadable": meshes, or
-/// lines of something else.
-proto::Result<void> unpack_tiles(const std::string& path, const std::string& folder);
+/// stop: asked once a tile, and within a row that a view computes; may be null.
+/// Problems: "cancelled", "archive-unreadable", "archive-too-large" (more than a million tiles), "storage-full";
+/// "file-unreadable": meshes, or lines of something else.
+proto::Result<void> unpack_tiles(const std::string& path, const std::string& folder, const std::atomic<bool>* stop = nullptr);
 
 }  // namespace cordillera::pipeline::exports

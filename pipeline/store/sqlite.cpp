@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <new>
 #include <system_error>
+#include <utility>
 
 #include "pipeline/store/content_hash.h"
 #include "pipeline/store/sqlite_object.h"
@@ -18,6 +19,9 @@ namespace cordillera::pipeline {
 namespace {
 
 constexpr int kPatience_ms = 10000;  // for whoever holds a file that is shared or kept
+constexpr int kMostRead_bytes = 256 << 20, kMostForeign_bytes = 64 << 20;
+constexpr int kSpan = 1000000;       // instructions
+constexpr int kStepsOfAView = 1000;  // millions of them: it may have to sort a large archive first
 
 // A file name as SQLite's URIs want it: %, ? and # would mean something else.
 std::string uri(const std::string& path) {
@@ -77,10 +81,23 @@ bool wants_descriptor(sqlite3* handle) {
 /// What went wrong, to be thrown once the handle has been put in order.
 std::exception_ptr failure_of(sqlite3* handle) {
   if (wants_memory(handle)) return std::make_exception_ptr(std::bad_alloc());
-  const std::string why = sqlite3_errmsg(handle);
+  const std::string why = sqlite3_errcode(handle) == SQLITE_INTERRUPT
+                              ? "a step was stopped, or takes more work than any in a sound file"
+                              : sqlite3_errmsg(handle);
   if (wants_descriptor(handle)) return std::make_exception_ptr(NoDescriptor("no descriptor is left (" + why + ")"));
   return wants_room(handle) ? std::make_exception_ptr(DiskFull("the disk is full (" + why + ")"))
                             : std::make_exception_ptr(StoreError(why));
+}
+
+/// Nothing that a schema says is run. row_sum is no schema's either (SQLITE_DIRECTONLY).
+bool take_code_away(sqlite3* handle, bool views) {
+  for (const auto& [what, on] : {std::pair{SQLITE_DBCONFIG_DEFENSIVE, 1},
+                                 {SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0},
+                                 {SQLITE_DBCONFIG_ENABLE_TRIGGER, 0},
+                                 {SQLITE_DBCONFIG_ENABLE_VIEW, views ? 1 : 0}}) {
+    if (sqlite3_db_config(handle, what, on, nullptr) != SQLITE_OK) return false;
+  }
+  return true;
 }
 
 }  // namespace
@@ -96,17 +113,19 @@ void remove_logs(const std::string& path) {
   for (const char* suffix : {"-journal", "-wal", "-shm"}) std::filesystem::remove(path + suffix, ignored);
 }
 
-Database::Database(const std::string& path, Mode mode) {
+Database::Database(const std::string& path, Mode mode, const std::atomic<bool>* stop) : stop_(stop) {
   const bool writes = mode == Mode::create || mode == Mode::kept || mode == Mode::scratch;
   const int flags =
       SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_URI | (writes ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY);
   const std::string name = mode == Mode::scratch ? ":memory:" : uri(path) + (mode == Mode::published ? "?immutable=1" : "");
-  open(name, flags);
-  if (mode == Mode::shared || mode == Mode::kept) sqlite3_busy_timeout(handle_, kPatience_ms);
+  open(name, flags, mode);
+  if (mode == Mode::shared || mode == Mode::kept || mode == Mode::foreign) sqlite3_busy_timeout(handle_, kPatience_ms);
+  if (mode == Mode::foreign) bound_steps(kStepsOfAView);
 }
 
 Database::Database(const SqliteObject& object) {
-  open("file:/object?immutable=1&vfs=" + object.name(), SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_URI | SQLITE_OPEN_READONLY);
+  open("file:/object?immutable=1&vfs=" + object.name(), SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_URI | SQLITE_OPEN_READONLY,
+       Mode::published);
   try {
     execute("PRAGMA temp_store = MEMORY");
   } catch (...) {
@@ -115,15 +134,39 @@ Database::Database(const SqliteObject& object) {
   }
 }
 
-void Database::open(const std::string& address, int flags) {
-  if (sqlite3_open_v2(address.c_str(), &handle_, flags, nullptr) == SQLITE_OK) {
-    if (sqlite3_create_function(handle_, "row_sum", -1, SQLITE_UTF8 | SQLITE_DETERMINISTIC, nullptr, row_sum, nullptr, nullptr) ==
-        SQLITE_OK)
-      return;
+void Database::open(const std::string& address, int flags, Mode mode) {
+  constexpr int kOfFunction = SQLITE_UTF8 | SQLITE_DETERMINISTIC | SQLITE_DIRECTONLY;
+  if (sqlite3_open_v2(address.c_str(), &handle_, flags, nullptr) == SQLITE_OK && take_code_away(handle_, mode == Mode::foreign) &&
+      sqlite3_create_function(handle_, "row_sum", -1, kOfFunction, nullptr, row_sum, nullptr, nullptr) == SQLITE_OK) {
+    if ((flags & SQLITE_OPEN_READONLY) != 0)
+      sqlite3_limit(handle_, SQLITE_LIMIT_LENGTH, mode == Mode::foreign ? kMostForeign_bytes : kMostRead_bytes);
+    return;
   }
   const std::exception_ptr failure = failure_of(handle_);
   sqlite3_close(handle_);
   std::rethrow_exception(failure);
+}
+
+void Database::bound_steps(int millions) {
+  most_spans_ = millions;
+  const auto ends = [](void* database) {
+    auto& self = *static_cast<Database*>(database);
+    return ++self.spans_ >= self.most_spans_ || (self.stop_ != nullptr && *self.stop_) ? 1 : 0;
+  };
+  sqlite3_progress_handler(handle_, kSpan, ends, this);
+}
+
+std::string Database::code_in_schema() {
+  // A virtual table has no page. What stands in the list is what SQLite has read: it compares both.
+  Statement schema(
+      *this,
+      "SELECT CASE WHEN type = 'table' THEN 'virtual table' ELSE type END, name FROM sqlite_schema WHERE type NOT IN "
+      "('table', 'index') OR (type = 'table' AND rootpage = 0) LIMIT 1");
+  if (schema.step()) return schema.text(0) + " " + schema.text(1);
+  Statement columns(*this,
+                    "SELECT s.name, c.name FROM sqlite_schema s, pragma_table_xinfo(s.name) c WHERE s.type = 'table' AND "
+                    "c.hidden <> 0 LIMIT 1");
+  return columns.step() ? "computed column " + columns.text(1) + " of " + columns.text(0) : "";
 }
 
 Database::~Database() { sqlite3_close(handle_); }
@@ -131,6 +174,7 @@ Database::~Database() { sqlite3_close(handle_); }
 void Database::fail() const { std::rethrow_exception(failure_of(handle_)); }
 
 void Database::execute(const std::string& sql) {
+  spans_ = 0;
   if (sqlite3_exec(handle_, sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) fail();
 }
 
@@ -169,6 +213,7 @@ Statement::Statement(Database& database, const std::string& sql) : database_(dat
 Statement::~Statement() { sqlite3_finalize(handle_); }
 
 bool Statement::step() {
+  database_.spans_ = 0;
   switch (sqlite3_step(handle_)) {
     case SQLITE_ROW: return true;
     case SQLITE_DONE: return false;

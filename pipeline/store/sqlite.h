@@ -1,6 +1,7 @@
 #pragma once
 // SQLite, as much of it as stores and the registry need: a connection, statements that are prepared once, transactions that roll
 // back by themselves. Failures are StoreError exceptions inside and become Problems, or exceptions of their own, at the faces.
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -43,20 +44,33 @@ struct Text {
   std::optional<std::string_view> value;
 };
 
+/// For bound_steps: about a second.
+inline constexpr int kStepsOfARow = 100;
+
 /// A connection, of one thread at a time. Its SQL knows row_sum(…): eight bytes of the content hash of its arguments, their types
 /// and lengths.
+///
+/// A file may come from anybody, and its schema may have code: views, triggers. None of them runs, and no value that is read is
+/// longer than 256 MiB.
 class Database {
  public:
   /// published: read-only, nobody may write the file while it is open. shared: read-only, others may write. kept: made where
   /// there is none, written, others may read and write; who holds it meanwhile is waited for. scratch: in memory, no path.
-  enum class Mode { create, published, shared, kept, scratch };
-  Database(const std::string& path, Mode mode);
+  /// foreign: as shared, of a format that may have views. They are read, with bound_steps; no value is longer than 64 MiB.
+  enum class Mode { create, published, shared, kept, scratch, foreign };
+  /// stop: ends a step of a foreign one that is under way, with StoreError; may be null.
+  Database(const std::string& path, Mode mode, const std::atomic<bool>* stop = nullptr);
   /// A database in this one's file, published.
   explicit Database(const SqliteObject& object);
   ~Database();
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
 
+  /// From here on a step of more than so many millions of instructions fails, for a reader that looks for single rows. In a sound
+  /// file each takes hundreds; pages of another may lead around in circles.
+  void bound_steps(int millions);
+  /// What the file's schema would have computed when rows are read or written, such as "view blobs"; empty: nothing.
+  std::string code_in_schema();
   void execute(const std::string& sql);
   bool knows(const std::string& sql);            ///< whether it is a statement on tables and columns that there are
   std::int64_t integer(const std::string& sql);  ///< first column of the first row; 0 when there is none
@@ -69,8 +83,12 @@ class Database {
   [[noreturn]] void fail() const;
 
  private:
-  void open(const std::string& address, int flags);
+  void open(const std::string& address, int flags, Mode mode);
+  friend class Statement;
+
   sqlite3* handle_ = nullptr;
+  const std::atomic<bool>* stop_ = nullptr;
+  int spans_ = 0, most_spans_ = 0;  ///< a million instructions each, of the step that is under way
 };
 
 class Statement {

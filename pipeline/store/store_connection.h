@@ -26,6 +26,7 @@ struct StoreAddress {
   /// For a connection that stays.
   std::unique_ptr<Database> open_small() const {
     auto database = open();
+    database->bound_steps(kStepsOfARow);
     database->execute(kPageCache);
     return database;
   }

@@ -210,6 +210,8 @@ proto::Result<proto::Manifest> published_manifest(Database& database, const std:
   if (version < kOldestSchema || version > kSchemaVersion) {
     return refused("store-version", path, "was written by another version of Cordillera");
   }
+  if (const std::string code = database.code_in_schema(); !code.empty())
+    return refused("store-damaged", path, "has what no store has, and what would run while it is read: " + code);
   const std::string sound = has_sums(database) ? kSoundMeta : "1";
   Statement row(database, "SELECT " + sound + ", value FROM meta WHERE key = 'manifest'");
   if (!row.step()) return refused("store-unpublished", path, "is not finished");
@@ -265,6 +267,7 @@ bool all_there(Database& database, const proto::Manifest& manifest) {
 /// Throws StoreError.
 proto::Result<std::unique_ptr<StoreReader>> open_at(const StoreAddress& place, std::uint64_t size, const Words& words = {}) {
   const auto database = place.open();
+  database->bound_steps(kStepsOfARow);
   auto manifest = published_manifest(*database, place.path);
   if (!manifest) return manifest.problem();
   if (!whole(*database, size)) return refused("store-damaged", place.path, "is cut short");
@@ -349,6 +352,7 @@ proto::Result<proto::Manifest> StoreReader::manifest_of(const std::string& path)
   if (!size) return size.problem();
   try {
     Database database(path, Database::Mode::published);
+    database.bound_steps(kStepsOfARow);
     return published_manifest(database, path);
   } catch (const StoreError& e) { return damaged(path, e); }
 }

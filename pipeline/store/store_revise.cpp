@@ -132,6 +132,8 @@ std::optional<std::string> sound_note_in(const std::string& store_path, const st
     return std::nullopt;
   }
   Database database(store_path, Database::Mode::published);
+  if (const std::string code = database.code_in_schema(); !code.empty())
+    throw StoreError(store_path + " has what no store has: " + code);
   Statement row(database,
                 "SELECT value, " + std::string(has_sums(database) ? kSoundMeta : "1") + " FROM meta WHERE key = CAST(? AS TEXT)");
   if (!row.bind(key).step()) return std::nullopt;

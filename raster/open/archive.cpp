@@ -247,7 +247,7 @@ proto::Result<Member> unpack(const std::string& path, const std::string& name, c
 }
 
 proto::Result<bool> unpack_folder(const std::string& path, const std::string& name, const std::string& marker,
-                                  const PrivateFolder& folder) {
+                                  const PrivateFolder& folder, const std::atomic<bool>* stop) {
   if (!is_zip(path)) return false;
   const GdalScope scope(Trust::posted_file);
   const PrivateFolder aside;  // no entry may be written through the link
@@ -261,6 +261,8 @@ proto::Result<bool> unpack_folder(const std::string& path, const std::string& na
   Bound bound(path, name, {.times = 0, .at_least = std::numeric_limits<std::uint64_t>::max()});
   for (const ArchiveEntry& entry : *entries) {
     if (!entry.path.starts_with(*below)) continue;
+    if (stop != nullptr && *stop)
+      return Problem{"cancelled", "the unpacking of " + name + " was stopped, and nothing of it is kept", "", ""};
     const fs::path own = entry.path.substr(below->size());
     if (!stays_below(own)) return damaged(name, proto::shown_text(entry.path) + " is no path below it");
     const fs::path to = fs::path(folder.path()) / own;

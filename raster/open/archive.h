@@ -1,5 +1,6 @@
 #pragma once
 // A raster as it is sent: in a zip with its side files, or in a gz.
+#include <atomic>
 #include <cstdint>
 #include <string>
 
@@ -32,8 +33,9 @@ proto::Result<Member> unpack(const std::string& path, const std::string& name, c
 
 /// Of a zip that somebody made of a folder: all files beside the first one of this name and below, into the folder, under their
 /// own paths. An entry that leads elsewhere is a problem. False: there is no such file in it, and nothing was unpacked. The
-/// archive is the user's own: what it may unpack to is what its disk has room for. Problems: those of unpack.
+/// archive is the user's own: what it may unpack to is what its disk has room for. stop: asked once a file; may be null.
+/// Problems: those of unpack, and "cancelled".
 proto::Result<bool> unpack_folder(const std::string& path, const std::string& name, const std::string& marker,
-                                  const PrivateFolder& folder);
+                                  const PrivateFolder& folder, const std::atomic<bool>* stop = nullptr);
 
 }  // namespace cordillera::raster

@@ -24,6 +24,7 @@
 #include "server/datasets/upload.h"
 #include "server/limits/disk.h"
 #include "server/options/options.h"
+#include "server/sandbox/asked_to_stop.h"
 
 namespace cordillera::server::client {
 namespace {
@@ -64,7 +65,7 @@ struct Subjects {
 proto::Result<std::unique_ptr<raster::PrivateFolder>> unpacked(const std::string& path) {
   auto folder = std::make_unique<raster::PrivateFolder>();
   if (!folder->made()) return no_folder();
-  const auto found = raster::unpack_folder(path, fs::path(path).filename().string(), kManifest, *folder);
+  const auto found = raster::unpack_folder(path, fs::path(path).filename().string(), kManifest, *folder, &g_asked_to_stop);
   if (!found) return found.problem();
   if (!*found) folder = nullptr;
   return folder;
@@ -74,7 +75,7 @@ proto::Result<std::unique_ptr<raster::PrivateFolder>> unpacked(const std::string
 proto::Result<std::unique_ptr<raster::PrivateFolder>> unpacked_tiles(const std::string& path) {
   auto folder = std::make_unique<raster::PrivateFolder>();
   if (!folder->made()) return no_folder();
-  if (const auto done = pipeline::exports::unpack_tiles(path, folder->path()); !done) return done.problem();
+  if (const auto done = pipeline::exports::unpack_tiles(path, folder->path(), &g_asked_to_stop); !done) return done.problem();
   return folder;
 }
 
@@ -191,6 +192,9 @@ class Guide {
 }  // namespace
 
 int view_command(const ViewLine& line, const std::string& program) {
+  raster::remove_left_folders();
+  // Until the service has handlers of its own: what is unpacked goes with its folder, and no handler could remove that.
+  stop_on({SIGINT, SIGTERM, SIGHUP}, SecondTime::ends);
   auto subjects = subjects_of(line.paths);
   if (!subjects) return fail(subjects.problem());
   std::optional<raster::PrivateFolder> data(std::in_place);
@@ -201,7 +205,10 @@ int view_command(const ViewLine& line, const std::string& program) {
   settings.serve.log_level = "error";  // a build that fails is told by who posted it
   settings.serve.mounts = subjects->mounts;
   Guide guide(line, *subjects);
-  const int code = serve_command(settings, program, [&guide](int port) { guide.listening(port); });
+  const int code = serve_command(settings, program, [&guide](int port) {
+    if (g_asked_to_stop) return static_cast<void>(kill(getpid(), SIGTERM));  // it came before there was a service to end
+    guide.listening(port);
+  });
   if (guide.busy()) {  // it would go on asking a service that is over
     data.reset();
     subjects->unpacked.clear();

@@ -56,7 +56,7 @@ TEST_F(CheckedStore, HasNoTablesOfABuild) {
        "x'00'), (2, 4, 1, 2, x'00')",
        "table meshes: it has 2 rows of a build that is over; expected: no such table in a store that is not built on"},
       {"CREATE TABLE songs(title TEXT)", "table songs: no store has it; expected: the tables meta, tiles, blobs and nodes"},
-      {"CREATE TRIGGER late AFTER UPDATE ON tiles BEGIN SELECT 1; END", "trigger late: no store has it"},
+      {"CREATE TRIGGER late AFTER UPDATE ON tiles BEGIN SELECT 1; END", "refused: store-damaged"},
       {"CREATE INDEX quick ON blobs(bytes)", "index quick: no store has it"},
   };
   const std::string before = findings_of(path_);

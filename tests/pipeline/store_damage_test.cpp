@@ -213,6 +213,75 @@ TEST_F(DamagedStore, GivesNoNoteInPlaceOfAnother) {
   EXPECT_TRUE(note_in(path_, "plan")) << "who has no sums cannot tell";
 }
 
+/// Whoever made the file may have put anything into its schema.
+TEST_F(DamagedStore, IsRefusedWhereItsSchemaHasCode) {
+  const std::string sound = bytes_of(path_);
+  const bool has_rtree =
+      Database("", Database::Mode::scratch).knows("SELECT * FROM pragma_module_list WHERE name = 'rtree'") &&
+      Database("", Database::Mode::scratch).integer("SELECT count(*) FROM pragma_module_list WHERE name = 'rtree'") > 0;
+  const struct {
+    std::string sql, code;
+  } kRows[] = {
+      {"ALTER TABLE blobs RENAME TO b0; CREATE VIEW blobs AS WITH RECURSIVE r(n) AS (SELECT 0 UNION ALL SELECT n + 1 FROM "
+       "r) SELECT b0.* FROM b0, r WHERE r.n < 0",
+       "view blobs"},
+      {"CREATE TRIGGER late AFTER UPDATE ON tiles BEGIN SELECT 1; END", "trigger late"},
+      {"ALTER TABLE blobs ADD COLUMN more AS (zeroblob(900000000))", "computed column more of blobs"},
+      {has_rtree ? "CREATE VIRTUAL TABLE box USING rtree(id, west, east)" : "", "virtual table box"}};
+  for (const auto& row : kRows) {
+    if (row.sql.empty()) continue;
+    put_bytes(path_, sound);
+    change(row.sql);
+    const auto store = StoreReader::open(path_);
+    ASSERT_FALSE(store.ok()) << row.code;
+    EXPECT_EQ(store.problem().type, "store-damaged");
+    EXPECT_NE(store.problem().detail.find(row.code), std::string::npos) << store.problem().detail;
+    EXPECT_EQ(StoreReader::manifest_of(path_).problem().type, "store-damaged") << row.code;
+    EXPECT_FALSE(note_in(path_, "plan")) << row.code;
+    EXPECT_FALSE(check::check_store(path_, nullptr).ok()) << row.code;
+  }
+}
+
+/// One more wall behind that one.
+TEST(SqliteFile, RunsNothingOfItsSchema) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "a.sqlite";
+  Database(path, Database::Mode::create)
+      .execute(
+          "CREATE TABLE t(a); CREATE TABLE seen(a); INSERT INTO t VALUES(1); CREATE VIEW v AS SELECT a FROM t; CREATE VIEW large "
+          "AS "
+          "SELECT length(zeroblob(65 << 20)) AS a; CREATE VIEW endless AS WITH RECURSIVE r(n) AS (SELECT 0 UNION ALL SELECT n + "
+          "1 "
+          "FROM r) SELECT n FROM r WHERE n < 0; CREATE VIEW ours AS SELECT row_sum(1) AS a; CREATE TRIGGER late AFTER INSERT ON "
+          "t "
+          "BEGIN INSERT INTO seen VALUES(1); END");
+  for (const auto mode : {Database::Mode::published, Database::Mode::shared, Database::Mode::kept, Database::Mode::create}) {
+    Database database(path, mode);
+    EXPECT_THROW(database.integer("SELECT a FROM v"), StoreError);
+    EXPECT_EQ(database.integer("SELECT a FROM t"), 1);
+  }
+  Database(path, Database::Mode::create).execute("INSERT INTO t VALUES(2)");
+  Database read(path, Database::Mode::published);
+  EXPECT_EQ(read.integer("SELECT count(*) FROM seen"), 0) << "the trigger ran";
+  EXPECT_THROW(read.integer("SELECT length(zeroblob(300 << 20))"), StoreError);
+
+  std::atomic<bool> stop{false};
+  Database foreign(path, Database::Mode::foreign, &stop);
+  EXPECT_EQ(foreign.integer("SELECT a FROM v"), 1);
+  EXPECT_THROW(foreign.integer("SELECT a FROM large"), StoreError);
+  EXPECT_THROW(foreign.integer("SELECT a FROM ours"), StoreError) << "a view calls the program's own function";
+  stop = true;
+  EXPECT_THROW(foreign.integer("SELECT n FROM endless"), StoreError);
+  stop = false;
+  foreign.bound_steps(2);
+  EXPECT_THROW(foreign.integer("SELECT n FROM endless"), StoreError);
+  const std::string many = "WITH RECURSIVE r(n) AS (SELECT 0 UNION ALL SELECT n + 1 FROM r WHERE n < 500000) SELECT n FROM r";
+  Statement rows(foreign, many);  // more than two millions together
+  std::int64_t seen = 0;
+  while (rows.step()) ++seen;
+  EXPECT_EQ(seen, 500001);
+}
+
 TEST_F(DamagedStore, IsFoundByCheckInThePlanToo) {
   // What a program of another version planned is a sound plan: nothing but the row's own sum can tell.
   proto::Plan plan = synthetic_plan(kFinest);
