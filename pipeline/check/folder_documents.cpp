@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <utility>
 
-#include "pipeline/encode/json.h"
 #include "pipeline/encode/little_endian.h"
+#include "pipeline/encode/strange_json.h"
 #include "pipeline/tileset/implicit_tile.h"
 #include "pipeline/tileset/subtree.h"
 #include "proto/files.h"
@@ -40,7 +40,7 @@ FolderDocuments::Subtree subtree_in(std::string_view bytes) {
   const auto json_bytes = little_endian_at<std::uint64_t>(bytes, 8), binary_bytes = little_endian_at<std::uint64_t>(bytes, 16);
   if (json_bytes > bytes.size() || binary_bytes > bytes.size() || kHeader + json_bytes + binary_bytes != bytes.size()) return {};
   try {
-    const Json json = Json::parse(bytes.substr(kHeader, json_bytes));
+    const Json json = json_of_stranger(bytes.substr(kHeader, json_bytes));
     const Json views = json.value("bufferViews", Json::array());
     const std::string_view binary = bytes.substr(kHeader + json_bytes);
     std::vector<bool> named = bits_of(json.at("contentAvailability").at(0), kTiles, views, binary);
@@ -56,8 +56,8 @@ FolderDocuments::Subtree subtree_in(std::string_view bytes) {
 std::string fault_of_tileset(const std::filesystem::path& file) {
   const auto bytes = proto::bytes_of_file(file);
   if (!bytes) return "it is missing: no client of 3D Tiles can open the folder";
-  const Json json = Json::parse(*bytes, nullptr, false);
-  if (json.is_discarded() || !json.is_object()) return "it is no JSON";
+  const Json json = json_of_stranger(*bytes);
+  if (!json.is_object()) return std::string("it is no ") + kStrangeJson;
   return json.contains("asset") && json.contains("root") && json["root"].contains("children") ? "" : "it names no tiles";
 }
 

@@ -1,7 +1,7 @@
 #include "pipeline/encode/decode.h"
 
 #include "pipeline/encode/glb.h"
-#include "pipeline/encode/json.h"
+#include "pipeline/encode/strange_json.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -49,7 +49,7 @@ proto::Result<DecodedGlb> decode_glb(std::string_view bytes) {
   const auto chunks = unpack_glb(bytes);
   if (!chunks) return chunks.problem();
   try {
-    return decode(Json::parse(chunks->first), chunks->second);
+    return decode(json_of_stranger(chunks->first), chunks->second);
   } catch (const Json::exception&) { return damaged("its JSON is not that of a tile in tiles/"); }
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "pipeline/encode/strange_json.h"
 #include "proto/letters.h"
 #include "server/api/api.h"
 
@@ -43,7 +44,7 @@ std::string public_path(const Request& request, const std::string& id) { return 
 
 void make_absolute(const Request& request, Response& response) {
   const std::string folder = public_folder(request);
-  Json json = response.status == 200 ? Json::parse(response.bytes(), nullptr, false) : Json();
+  Json json = response.status == 200 ? pipeline::json_of_stranger(response.bytes()) : Json();
   if (folder.empty() || !json.is_object()) return;
   for (Json& path : json["tiles"]) path = folder + path.get<std::string>();
   response.body = json.dump(1, ' ', false, Json::error_handler_t::replace);

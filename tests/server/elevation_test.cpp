@@ -231,6 +231,21 @@ TEST(Elevation, ABodyMayNestAsDeepAsGeoJsonDoesAndNoDeeper) {
   }
 }
 
+/// An object looks through its members for each one that is added: a body has room for 100,000 of them.
+TEST(Elevation, ABodyMayHaveMembersOfWhichFewAreCompared) {
+  const auto with = [](int members) {
+    std::string body = R"({"type":"Feature","geometry":{"type":"Point","coordinates":[-71.3,44.27]},"properties":{)";
+    for (int k = 0; k < members; ++k) body += (k == 0 ? "\"" : ",\"") + std::to_string(k) + "\":1";
+    return body + "}}";
+  };
+  EXPECT_EQ(post(with(9900)).status, 200);
+  const Response refused = post(with(10100));
+  EXPECT_EQ(refused.status, 400);
+  EXPECT_EQ(slug_of(refused), "json-invalid");
+  EXPECT_THAT(refused.body, HasSubstr("10,000 members"));
+  EXPECT_EQ(slug_of(post(with(90000))), "json-invalid");
+}
+
 TEST(Elevation, AForeignPageMayAskByPostAndNothingElse) {
   const Response preflight = options("elevation");
   EXPECT_EQ(preflight.status, 204);

@@ -94,17 +94,6 @@ proto::Result<Shape> geometry(const Json& json) {
   return invalid_json("the GeoJSON type " + as_given(type) + " has no elevations", "type");
 }
 
-/// Discarded if it is no JSON, or nests deeper than kMostNested.
-Json json_of(std::string_view text) {
-  bool deep = false;
-  const Json::parser_callback_t within = [&deep](int depth, Json::parse_event_t, Json&) {
-    deep = deep || depth > kMostNested;
-    return !deep;
-  };
-  Json json = Json::parse(text, within, false);
-  return deep ? Json(Json::value_t::discarded) : json;
-}
-
 proto::Result<Shape> shape_of_body(const Request& request) {
   if (request.header("content-type").value_or("").rfind("multipart/", 0) == 0)
     return invalid_json("the body is a multipart form; the JSON itself is wanted, with nothing around it");
@@ -119,9 +108,8 @@ proto::Result<Shape> shape_of_body(const Request& request) {
                           ""};
   }
   if (!whole) return proto::Problem{"body-incomplete", "the body ended before its end", "the whole body", ""};
-  const Json json = json_of(body);
-  if (!json.is_object())
-    return invalid_json("the body is no JSON object, or one of more than " + std::to_string(kMostNested) + " levels");
+  const Json json = pipeline::json_of_stranger(body);
+  if (!json.is_object()) return invalid_json(std::string("the body is no JSON object, or not ") + pipeline::kStrangeJson);
   const Json inner = json.value("type", Json()) == "Feature" ? json.value("geometry", Json()) : json;
   if (!inner.is_object()) return invalid_json("the Feature has no geometry", "geometry");
   if (inner.contains("type")) return geometry(inner);

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "pipeline/encode/strange_json.h"
 #include "proto/result.h"
 #include "raster/place/geodesic.h"
 #include "server/http/message.h"
@@ -13,9 +14,7 @@ namespace cordillera::server {
 /// Points of one query, given or sampled; and bytes of its body.
 inline constexpr std::size_t kMostPlaces = 5000;
 inline constexpr std::size_t kMostQueryBytes = std::size_t{1} << 20;
-/// Levels of a body's JSON. Parsing takes no stack, but what copies or prints JSON takes some for each level, and a megabyte of
-/// brackets would take more than a thread has.
-inline constexpr int kMostNested = 64;
+using pipeline::kMostNested;  ///< levels of a body's JSON
 
 struct ElevationQuery {
   std::vector<raster::LinePoint> places;
