@@ -1,3 +1,4 @@
+#include "pipeline/encode/strange_json.h"
 #include "pipeline/exports/archive_reader.h"
 #include "pipeline/exports/gzip.h"
 #include "pipeline/exports/whole_file.h"
@@ -7,18 +8,25 @@ namespace cordillera::pipeline::exports {
 namespace {
 
 constexpr std::size_t kMostTile = std::size_t{64} << 20;
+constexpr std::size_t kMostNames = 1000;  // of metadata; others' have about ten
 
 class MbtilesFile final : public ArchiveReader {
  public:
   MbtilesFile(const std::string& path, const std::atomic<bool>* stop)
       : path_(path), database_(path, Database::Mode::foreign, stop) {
     Statement row(database_, "SELECT name, value FROM metadata");
-    while (row.step()) metadata_[std::string(row.blob(0))] = std::string(row.blob(1));
+    for (std::size_t bytes = 0; row.step(); metadata_[std::string(row.blob(0))] = std::string(row.blob(1))) {
+      bytes += row.blob(0).size() + row.blob(1).size();
+      if (metadata_.size() == kMostNames || bytes > kMostTile)
+        throw Refused{unreadable(path_, "its metadata has more than 1,000 names, or 64 MiB")};
+    }
     // Layers of vector tiles stand in a document of their own.
-    const Json more = Json::parse(metadata_.value("json", std::string()), nullptr, false);
+    const Json more = json_of_stranger(metadata_.value("json", std::string()));
     if (more.is_object() && more.contains("vector_layers")) metadata_["vector_layers"] = more["vector_layers"];
   }
   const Json& metadata() const override { return metadata_; }
+
+  std::optional<ArchiveSize> size() override { return std::nullopt; }
 
   void each_tile(const Take& take) override {
     Statement row(database_, "SELECT zoom_level, tile_column, tile_row, tile_data FROM tiles");
@@ -29,12 +37,12 @@ class MbtilesFile final : public ArchiveReader {
       const SquareAddress at{static_cast<int>(zoom), static_cast<std::uint32_t>(x),
                              static_cast<std::uint32_t>((std::int64_t{1} << zoom) - 1 - up)};
       if (!bytes.starts_with("\x1f\x8b")) {
-        take(at, bytes);
+        take({at, bytes});
         continue;
       }
       const auto plain = gunzip(bytes, kMostTile);
       if (!plain) damaged();
-      take(at, *plain);
+      take({at, *plain});
     }
   }
 

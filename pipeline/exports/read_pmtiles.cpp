@@ -5,6 +5,7 @@
 #include <fstream>
 #include <vector>
 
+#include "pipeline/encode/strange_json.h"
 #include "pipeline/exports/archive_metadata.h"
 #include "pipeline/exports/archive_reader.h"
 #include "pipeline/exports/gzip.h"
@@ -17,6 +18,8 @@ namespace {
 
 constexpr std::size_t kMostPart = std::size_t{64} << 20;  // of a directory, of the metadata, of a tile
 constexpr int kMostDepth = 4;                             // of directories, as the specification has it
+// Of directories, each as often as it is named, and of their bytes together. A million tiles have a few hundred, of 20 MiB.
+constexpr std::uint64_t kMostDirectories = 20000, kMostOfThem = std::uint64_t{128} << 20;
 constexpr std::uint8_t kPlain = 1, kGzipped = 2;
 
 class PmtilesFile final : public ArchiveReader {
@@ -28,7 +31,29 @@ class PmtilesFile final : public ArchiveReader {
     read_metadata();
   }
   const Json& metadata() const override { return metadata_; }
-  void each_tile(const Take& take) override { walk(plain(read(number(8), number(16)), inner()), kMostDepth, take); }
+
+  std::optional<ArchiveSize> size() override {
+    ArchiveSize size;
+    PmtilesEntry before;
+    each_run([&](const PmtilesEntry& run) {
+      size.tiles += run.run;
+      if (size.tiles == run.run || !is_same(run, before)) size.bytes += run.length;
+      before = run;
+    });
+    return size;
+  }
+
+  void each_tile(const Take& take) override {
+    PmtilesEntry before;
+    std::string bytes;
+    bool again = false;
+    each_run([&](const PmtilesEntry& run) {
+      again = again && is_same(run, before);
+      if (!again) bytes = plain(read(sum(number(56), run.offset), run.length), byte(98));
+      before = run;
+      for (std::uint64_t k = 0; k < run.run; ++k, again = true) take({hilbert_address(run.id + k), bytes, again});
+    });
+  }
 
  private:
   [[noreturn]] void refuse(const std::string& why) const { throw Refused{unreadable(path_, why)}; }
@@ -62,7 +87,7 @@ class PmtilesFile final : public ArchiveReader {
   std::uint8_t inner() const { return byte(97); }
 
   void read_metadata() {
-    if (number(32) > 0) metadata_ = Json::parse(plain(read(number(24), number(32)), inner()), nullptr, false);
+    if (number(32) > 0) metadata_ = json_of_stranger(plain(read(number(24), number(32)), inner()));
     if (!metadata_.is_object()) metadata_ = Json::object();
     static constexpr std::array kFormats{"", "pbf", "png", "jpg", "webp", "avif"};
     const std::uint8_t type = byte(99);
@@ -85,6 +110,7 @@ class PmtilesFile final : public ArchiveReader {
     };
     const std::uint64_t count = varint();
     if (count > text.size() / 4) refuse("a directory is cut short");  // each entry has four numbers
+    if (count > kMostArchived) throw Refused{too_many_archived()};
     std::vector<PmtilesEntry> all(count);
     std::uint64_t id = 0;
     for (PmtilesEntry& entry : all) entry.id = id += varint();
@@ -98,19 +124,26 @@ class PmtilesFile final : public ArchiveReader {
     return all;
   }
 
-  void walk(const std::string& directory, int depth, const Take& take) {
+  using TakeRun = std::function<void(const PmtilesEntry& run)>;
+  static bool is_same(const PmtilesEntry& a, const PmtilesEntry& b) { return a.offset == b.offset && a.length == b.length; }
+
+  void each_run(const TakeRun& take) {
+    directories_ = of_them_ = 0;
+    walk(plain(read(number(8), number(16)), inner()), kMostDepth, take);
+  }
+
+  void walk(const std::string& directory, int depth, const TakeRun& take) {
     const std::uint64_t beyond = hilbert_id({kMostArchiveZoom + 1, 0, 0});
+    if (++directories_ > kMostDirectories || (of_them_ += directory.size()) > kMostOfThem)
+      refuse("its directories are more than 20,000, or longer than 128 MiB");
     for (const PmtilesEntry& entry : entries(directory)) {
       if (entry.run == 0) {
         if (depth == 0) refuse("its directories are too deep");
         walk(plain(read(sum(number(40), entry.offset), entry.length), inner()), depth - 1, take);
         continue;
       }
-      const std::string bytes = plain(read(sum(number(56), entry.offset), entry.length), byte(98));
-      for (std::uint64_t k = 0; k < entry.run; ++k) {
-        if (entry.id + k >= beyond) refuse("a directory is damaged");
-        take(hilbert_address(entry.id + k), bytes);
-      }
+      if (entry.id >= beyond || entry.run > beyond - entry.id) refuse("a directory is damaged");
+      take(entry);
     }
   }
   std::uint64_t sum(std::uint64_t a, std::uint64_t b) const {
@@ -122,6 +155,7 @@ class PmtilesFile final : public ArchiveReader {
   std::uint64_t size_;
   std::ifstream file_;
   std::string header_;
+  std::uint64_t directories_ = 0, of_them_ = 0;  ///< of this walk: how many, and their bytes
   Json metadata_ = Json::object();
 };
 

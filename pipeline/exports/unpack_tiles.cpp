@@ -25,7 +25,6 @@ namespace {
 namespace fs = std::filesystem;
 using faces::Face;
 
-constexpr std::uint64_t kMostTiles = 1000000;
 constexpr const char* kPictures = "relief";  // the format of pictures that are nothing else
 constexpr const char* kHeights = "terrain-rgb";
 
@@ -99,21 +98,19 @@ class Tiles {
   Tiles(fs::path folder, const Face& face, std::string what)
       : folder_(std::move(folder)), tiles_(*tiles_of(face)), what_(std::move(what)) {}
 
-  void put(const SquareAddress& at, std::string_view bytes) {
-    if (++count_ > kMostTiles)
-      throw Refused{{"archive-too-large", "the archive holds more than a million tiles, and they are unpacked to be shown",
-                     "the .sqlite file that it was made of, or a part of it: cordillera export --bbox", "path"}};
-    // Many tiles of a small archive may be the same bytes, or be computed.
-    if (auto full = raster::no_room(folder_.string(), bytes.size(), what_)) throw Refused{*full};
+  void put(const ArchivedTile& tile) {
+    const SquareAddress& at = tile.at;
+    if (++count_ > kMostArchived) throw Refused{too_many_archived()};
     const fs::path file = folder_ / faces::path_of(tiles_, place_at(tiles_.grid, at));
     if (known_.insert(file.parent_path().string()).second) fs::create_directories(file.parent_path());
-    write_file(file, bytes);
+    if (!tile.again || !is_linked(file)) write(file, tile.bytes);
     least_ = std::min(least_, at.zoom);
+    const bool finer = at.zoom > most_;
     if (at.zoom > most_) box_ = {at.x, at.y, at.x, at.y};
     most_ = std::max(most_, at.zoom);
     if (at.zoom != most_) return;
     box_ = {std::min(box_.west, at.x), std::min(box_.north, at.y), std::max(box_.east, at.x), std::max(box_.south, at.y)};
-    last_ = bytes;
+    if (finer || !tile.again) last_ = tile.bytes;
   }
 
   std::uint64_t count() const { return count_; }
@@ -131,7 +128,22 @@ class Tiles {
   struct Box {
     std::uint32_t west = 0, north = 0, east = 0, south = 0;
   };
-  fs::path folder_;
+  /// A megabyte of an archive may be the bytes of a million tiles. False where a file has as many names as its disk allows, or
+  /// the disk knows no second ones.
+  bool is_linked(const fs::path& file) const {
+    std::error_code error;
+    fs::create_hard_link(written_, file, error);
+    return !error;
+  }
+
+  void write(const fs::path& file, std::string_view bytes) {
+    // Tiles of a small archive may be computed, too.
+    if (auto full = raster::no_room(folder_.string(), bytes.size(), what_)) throw Refused{*full};
+    write_file(file, bytes);
+    written_ = file;
+  }
+
+  fs::path folder_, written_;  ///< the last file that was written
   const faces::Resource& tiles_;
   std::string what_;
   std::unordered_set<std::string> known_;  ///< folders that are there
@@ -188,16 +200,24 @@ proto::Problem stopped(const std::string& path) {
   return {"cancelled", "the unpacking of " + path + " was stopped, and nothing of it is kept", "", ""};
 }
 
+/// Before anything is written.
+void require_room(const ArchiveSize& size, const fs::path& folder, const std::string& what) {
+  if (size.tiles > kMostArchived) throw Refused{too_many_archived()};
+  const std::string much = what + ", " + std::to_string(size.bytes >> 20) + " MiB";
+  if (auto full = raster::no_room(folder.string(), size.bytes, much)) throw Refused{*full};
+}
+
 void unpack(const std::string& path, const fs::path& folder, const std::string& what, const std::atomic<bool>* stop) {
   const auto archive = first_bytes(path, 7) == "PMTiles" ? open_pmtiles(path) : open_mbtiles(path, stop);
   const Json& metadata = archive->metadata();
   const Face* face = face_said(metadata, path);
   const bool said = face != nullptr;
   if (!said) face = faces::face_named(kPictures);
+  if (const auto size = archive->size()) require_room(*size, folder, what);
   Tiles tiles(folder, *face, what);
-  archive->each_tile([&](const SquareAddress& at, std::string_view bytes) {
+  archive->each_tile([&](const ArchivedTile& tile) {
     if (is_set(stop)) throw Refused{stopped(path)};
-    tiles.put(at, bytes);
+    tiles.put(tile);
   });
   if (tiles.count() == 0) refuse(path + " holds no tiles");
   if (!said && looks_like_heights(tiles.a_finest())) {

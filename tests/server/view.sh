@@ -45,6 +45,11 @@ refused 'dataset x: there is no nothing' x=nothing
 refused 'empty holds neither manifest.json nor dataset.sqlite' x=empty
 refused 'dataset x: ' x=broken.sqlite
 refused 'dataset x: ' "x=$sample"
+sql() { python3 -c 'import sqlite3, sys; sqlite3.connect(sys.argv[1]).executescript(sys.argv[2])' "$@"; }
+endless='WITH RECURSIVE r(n) AS (SELECT 0 UNION ALL SELECT n + 1 FROM r)'
+cp dem.sqlite code.sqlite
+sql code.sqlite "ALTER TABLE blobs RENAME TO b0; CREATE VIEW blobs AS $endless SELECT b0.* FROM b0, r WHERE r.n < 0"
+refused 'what would run while it is read: view blobs' x=code.sqlite
 
 # The folder's own files are the answers; what it does not hold is told apart from a tile that does not exist.
 view 'My DEM/' dem.sqlite
@@ -132,6 +137,25 @@ code=0
 is 1 "$code" 'view of meshes in a .pmtiles'
 grep -q 'holds drc tiles' said || fail "view of meshes in a .pmtiles: $(cat said)"
 is '' "$(ls "$TMPDIR")" 'what view leaves behind'
+
+# A signal while an archive is unpacked: here one whose rows take a second each. What a killed process left goes at the next start.
+sql slow.mbtiles "CREATE TABLE metadata(name, value); CREATE VIEW tiles AS $endless SELECT 8 AS zoom_level, 0 AS tile_column, 9 AS tile_row, x'00' AS tile_data FROM r WHERE n % 20000000 = 0"
+for signal in TERM KILL; do
+  start "$program" view --no-browser slow.mbtiles >seen 2>&1
+  until [[ -n $(ls "$TMPDIR") ]]; do
+    kill -0 "$started" || fail "view of a slow archive: $(cat seen)"
+    sleep 0.1
+  done
+  code=0
+  kill "-$signal" "$started"
+  wait "$started" || code=$?
+  [[ $signal == KILL ]] || is 1 "$code" 'view that is stopped while it unpacks'
+  [[ $signal == KILL ]] || grep -q 'slow.mbtiles was stopped' seen || fail "view that is stopped while it unpacks: $(cat seen)"
+  [[ $signal == KILL ]] || is '' "$(ls "$TMPDIR")" 'what view leaves behind when it is stopped while it unpacks'
+done
+[[ -n $(ls "$TMPDIR") ]] || fail 'a killed process left nothing'
+"$program" view nothing.tif >said 2>&1 || true
+is '' "$(ls "$TMPDIR")" 'what a killed view left, at the next start'
 
 # A raster is built for the while.
 view "$sample" --error 60
