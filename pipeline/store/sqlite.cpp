@@ -138,7 +138,7 @@ void Database::open(const std::string& address, int flags, Mode mode) {
   constexpr int kOfFunction = SQLITE_UTF8 | SQLITE_DETERMINISTIC | SQLITE_DIRECTONLY;
   if (sqlite3_open_v2(address.c_str(), &handle_, flags, nullptr) == SQLITE_OK && take_code_away(handle_, mode == Mode::foreign) &&
       sqlite3_create_function(handle_, "row_sum", -1, kOfFunction, nullptr, row_sum, nullptr, nullptr) == SQLITE_OK) {
-    if ((flags & SQLITE_OPEN_READONLY) != 0)
+    if (mode != Mode::create && mode != Mode::scratch)
       sqlite3_limit(handle_, SQLITE_LIMIT_LENGTH, mode == Mode::foreign ? kMostForeign_bytes : kMostRead_bytes);
     return;
   }

@@ -50,8 +50,8 @@ inline constexpr int kStepsOfARow = 100;
 /// A connection, of one thread at a time. Its SQL knows row_sum(…): eight bytes of the content hash of its arguments, their types
 /// and lengths.
 ///
-/// A file may come from anybody, and its schema may have code: views, triggers. None of them runs, and no value that is read is
-/// longer than 256 MiB.
+/// A file may come from anybody, and its schema may have code: views, triggers. None of them runs. No value is
+/// longer than 256 MiB, but of a file that is created.
 class Database {
  public:
   /// published: read-only, nobody may write the file while it is open. shared: read-only, others may write. kept: made where

@@ -1,5 +1,6 @@
 // Archives of one raster: what is taken out of them, and what never is.
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
@@ -241,6 +242,18 @@ TEST_F(Archive, WhatIsUnpackedLeavesAShareOfTheDisk) {
   raster::keep_free(0);
   const raster::PrivateFolder folder;
   EXPECT_TRUE(raster::unpack(gz, "zeros", folder).ok());
+}
+
+TEST_F(Archive, AFolderIsUnpackedUntilItIsStopped) {
+  const std::string text = write_text("{}", "manifest.json"), zip = path("folder.zip");
+  zip_files(zip, {{"out/manifest.json", text}, {"out/tiles/0.drc", text}});
+  for (const bool stopped : {false, true}) {
+    const std::atomic<bool> stop{stopped};
+    const raster::PrivateFolder folder;
+    const auto done = raster::unpack_folder(zip, "folder.zip", "manifest.json", folder, &stop);
+    EXPECT_EQ(done ? "" : done.problem().type, stopped ? "cancelled" : "");
+    EXPECT_EQ(fs::exists(fs::path(folder.path()) / "tiles" / "0.drc"), !stopped);
+  }
 }
 
 /// Unpacked once, however often it is opened; another file under the same name is another.
