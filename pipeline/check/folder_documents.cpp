@@ -57,7 +57,7 @@ std::string fault_of_tileset(const std::filesystem::path& file) {
   const auto bytes = proto::bytes_of_file(file);
   if (!bytes) return "it is missing: no client of 3D Tiles can open the folder";
   const Json json = json_of_stranger(*bytes);
-  if (!json.is_object()) return std::string("it is no ") + kStrangeJson;
+  if (!json.is_object()) return std::string("it is no JSON ") + kStrangeJson;
   return json.contains("asset") && json.contains("root") && json["root"].contains("children") ? "" : "it names no tiles";
 }
 

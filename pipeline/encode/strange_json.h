@@ -17,7 +17,7 @@ inline constexpr std::uint64_t kMostCompared = 10000ULL * 9999 / 2;
 /// Discarded where it is no JSON, or beyond these bounds. From there on it is only read through.
 Json json_of_stranger(std::string_view text);
 
-/// For messages: what it takes.
-inline constexpr const char* kStrangeJson = "JSON of at most 64 levels, and of at most 10,000 members in an object";
+/// For messages: what it takes, after "JSON" or "JSON object".
+inline constexpr const char* kStrangeJson = "of at most 64 levels, and of at most 10,000 members in an object";
 
 }  // namespace cordillera::pipeline

@@ -109,7 +109,7 @@ proto::Result<Shape> shape_of_body(const Request& request) {
   }
   if (!whole) return proto::Problem{"body-incomplete", "the body ended before its end", "the whole body", ""};
   const Json json = pipeline::json_of_stranger(body);
-  if (!json.is_object()) return invalid_json(std::string("the body is no JSON object, or not ") + pipeline::kStrangeJson);
+  if (!json.is_object()) return invalid_json(std::string("the body is no JSON object ") + pipeline::kStrangeJson);
   const Json inner = json.value("type", Json()) == "Feature" ? json.value("geometry", Json()) : json;
   if (!inner.is_object()) return invalid_json("the Feature has no geometry", "geometry");
   if (inner.contains("type")) return geometry(inner);
