@@ -73,6 +73,7 @@ class SqliteWriter final : public StoreWriter {
     database_->execute("PRAGMA locking_mode=EXCLUSIVE; PRAGMA synchronous=FULL; PRAGMA auto_vacuum=INCREMENTAL");
     const bool fresh = database_->integer("SELECT count(*) FROM sqlite_schema") == 0;
     if (!fresh && !same_plan()) return Found::others;
+    if (!database_->code_in_schema().empty()) return Found::damaged;
     if (!fresh && has_note("manifest")) {
       if (!read_manifest()) return Found::damaged;
       settle();
@@ -80,10 +81,7 @@ class SqliteWriter final : public StoreWriter {
     }
     // A commit is one sync of the log; it is on the disk when commit() returns.
     database_->execute("PRAGMA journal_mode=WAL");
-    if (fresh)
-      create();
-    else
-      bring_up_to_date();
+    fresh ? create() : bring_up_to_date();
     if (fresh) files_.drop_all();  // another store's, which is gone
     keeps_meshes_ = has_note(kTasksNote);
     has_water_ = has_water(plan_.options());

@@ -216,6 +216,8 @@ TEST_F(DamagedStore, GivesNoNoteInPlaceOfAnother) {
 /// Whoever made the file may have put anything into its schema.
 TEST_F(DamagedStore, IsRefusedWhereItsSchemaHasCode) {
   const std::string sound = bytes_of(path_);
+  proto::Plan plan;
+  ASSERT_TRUE(plan.ParseFromString(note_in(path_, "plan").value()));
   const bool has_rtree =
       Database("", Database::Mode::scratch).knows("SELECT * FROM pragma_module_list WHERE name = 'rtree'") &&
       Database("", Database::Mode::scratch).integer("SELECT count(*) FROM pragma_module_list WHERE name = 'rtree'") > 0;
@@ -239,6 +241,9 @@ TEST_F(DamagedStore, IsRefusedWhereItsSchemaHasCode) {
     EXPECT_EQ(StoreReader::manifest_of(path_).problem().type, "store-damaged") << row.code;
     EXPECT_FALSE(note_in(path_, "plan")) << row.code;
     EXPECT_FALSE(check::check_store(path_, nullptr).ok()) << row.code;
+    const auto writer = StoreWriter::open(path_, plan, Existing::refuse);
+    ASSERT_FALSE(writer.ok()) << row.code;
+    EXPECT_NE(writer.problem().detail.find("holds a damaged build"), std::string::npos) << writer.problem().detail;
   }
 }
 
