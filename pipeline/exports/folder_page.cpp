@@ -35,9 +35,11 @@ html, body, #map, #map .cesium-widget, #map canvas { margin: 0; width: 100%; hei
 <div id="words"><strong>@TITLE@</strong><p id="message" role="status"></p><p>@ATTRIBUTION@</p></div>
 <script type="module">
 const say = (text) => { document.getElementById("message").textContent = text; };
-const { Cartesian3, Cesium3DTileset, CesiumWidget, CustomShader, DirectionalLight, HeadingPitchRange, ImageryLayer, Matrix4,
-        Rectangle, TileMapServiceImageryProvider, Transforms, UniformType } = Cesium;
 try {
+  if (!window.Cesium) throw new Error("This page takes CesiumJS from cdn.jsdelivr.net, which cannot be reached. "
+      + "cordillera view FOLDER needs no internet.");
+  const { Cartesian3, Cesium3DTileset, CesiumWidget, CustomShader, DirectionalLight, HeadingPitchRange, ImageryLayer, Matrix4,
+          Rectangle, TileMapServiceImageryProvider, Transforms, UniformType } = Cesium;
   const manifest = await (await fetch("manifest.json")).json(), [west, south, east, north, low, high] = manifest.bounds;
   const pictures = Cesium.buildModuleUrl("Assets/Textures/NaturalEarthII");
   const earth = ImageryLayer.fromProviderAsync(TileMapServiceImageryProvider.fromUrl(pictures), {});

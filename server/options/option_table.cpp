@@ -132,9 +132,11 @@ Complaint apply_number(std::string_view text, Settings& settings) {
 
 Complaint apply_water(std::string_view text, Settings& settings) {
   constexpr int kHeight_m = static_cast<int>(proto::kMaxHeight_m);
-  settings.build.set_no_water(text == "none");
   settings.build.clear_water();
-  return text == "none" ? std::nullopt : apply_number<&BuildOptions::set_water, -kHeight_m, kHeight_m>(text, settings);
+  settings.build.clear_no_water();
+  if (text != "none") return apply_number<&BuildOptions::set_water, -kHeight_m, kHeight_m>(text, settings);
+  settings.build.set_no_water(true);
+  return std::nullopt;
 }
 
 /// What each of several rasters may have of its own.

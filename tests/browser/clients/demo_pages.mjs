@@ -231,6 +231,18 @@ export async function try_folder_page({ browser, plain, modules, pictures }) {
   return `shades deviate by ${deviation.toFixed(1)} of 255`;
 }
 
+// Where the library's host cannot be reached, pages say so.
+export async function try_without_libraries({ browser, url, id, plain }) {
+  for (const address of [`${plain}/`, `${url}/v1/datasets/${id}/demo/maplibre.html`, `${url}/v1/datasets/${id}/demo/leaflet.html`]) {
+    const page = await browser.newPage({ viewport: { width: 320, height: 240 } });
+    await page.route(`${kLibraryHost}/**`, (route) => route.abort());
+    await page.goto(address);
+    await page.waitForFunction(() => document.getElementById("message").textContent.includes("cdn.jsdelivr.net"));
+    await page.close();
+  }
+  return "they say what they need";
+}
+
 export async function try_folder_view({ browser, viewer }) {
   const page = await browser.newPage({ viewport: { width: 320, height: 240 } });
   await page.goto(viewer);
