@@ -144,7 +144,6 @@ constexpr std::string_view kOfRaster[] = {"name", "band", "crs", "vertical-datum
 
 std::vector<OptionSpec> make_build_options() {
   constexpr std::uint32_t kLevel = proto::kMaxLevel;
-  constexpr int kHeight_m = static_cast<int>(proto::kMaxHeight_m);
   const std::string level = "a level from 0 to " + std::to_string(kLevel);
   const std::string thread_mib = std::to_string(kMemoryPerThread_mib);
   return {
