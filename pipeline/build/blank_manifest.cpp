@@ -15,6 +15,7 @@
 #include "proto/lattice.h"
 #include "proto/utf8.h"
 #include "raster/pixels/decimation.h"
+#include "raster/place/area.h"
 #include "raster/sample/back_projection.h"
 #include "raster/voids/cut_voids.h"
 #include "raster/voids/filled_source.h"
@@ -58,6 +59,27 @@ std::optional<std::string> note_on_voids(const std::vector<raster::MosaicMember>
   if (count == 0) return std::nullopt;
   return std::to_string(count) + " of " + std::to_string(members.size()) +
          (count == 1 ? " rasters has no data: " : " rasters have no data: ") + named + (count > kMostNamed ? ", …" : "");
+}
+
+std::optional<std::string> note_on_hidden(const std::vector<raster::MosaicMember>& members) {
+  constexpr double kFiner = 1.5;
+  const auto covers = [](const proto::Source& above, const proto::Source& below) {
+    if (above.pixel_height_m() <= kFiner * below.pixel_height_m()) return false;
+    const auto a = raster::area_of(above.bbox()), b = raster::area_of(below.bbox());
+    return a && b && a->west_deg <= b->west_deg && a->south_deg <= b->south_deg && a->east_deg >= b->east_deg &&
+           a->north_deg >= b->north_deg;
+  };
+  std::size_t count = 0;
+  std::string first;
+  for (auto one = members.begin(); one != members.end(); ++one) {
+    const auto above =
+        std::find_if(members.begin(), one, [&](const auto& before) { return covers(before.description, one->description); });
+    if (above == one || ++count > 1) continue;
+    first = proto::as_utf8(one->name) + " is finer than " + proto::as_utf8(above->name) +
+            ", which is named before it, covers it and is shown in its place; to show it, name it first";
+  }
+  if (count == 0) return std::nullopt;
+  return first + (count == 1 ? "" : " (and so are " + std::to_string(count - 1) + " more)");
 }
 
 namespace {
@@ -145,7 +167,8 @@ proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& p
   for (const raster::MosaicMember& member : request.members) *manifest.add_sources() = member.description;
   *manifest.mutable_notes() = request.options.warnings();
   if (std::string why = why_waves(plan); !why.empty()) manifest.add_notes(std::move(why));
-  if (auto note = note_on_voids(request.members)) manifest.add_notes(std::move(*note));
+  for (auto note : {note_on_voids(request.members), note_on_hidden(request.members)})
+    if (note) manifest.add_notes(std::move(*note));
   if (std::string note = note_on_rounding(plan); !note.empty()) manifest.add_notes(std::move(note));
   if (std::string note = note_on_mask(request.options, source); !note.empty()) manifest.add_notes(std::move(note));
   if (std::string note = note_on_sea(request, plan); !note.empty()) manifest.add_notes(std::move(note));

@@ -22,6 +22,9 @@ proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& p
 /// A sentence on those of several rasters that are known to have no data.
 std::optional<std::string> note_on_voids(const std::vector<raster::MosaicMember>& members);
 
+/// A sentence on those that are finer than one before them that covers them: where that has data they are not shown.
+std::optional<std::string> note_on_hidden(const std::vector<raster::MosaicMember>& members);
+
 /// None: several rasters, or too much would have to be read.
 std::optional<raster::ValueLook> look_at_values(raster::Source& source);
 /// Of several. None: very many, or with several vertical datums, or too much would have to be read.

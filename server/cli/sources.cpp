@@ -96,7 +96,8 @@ proto::Result<Sources> examine_sources(const std::vector<std::string>& words, co
                    "none of the rasters can be used" + (sources.skipped.empty() ? "" : "; the first: " + sources.skipped.front()),
                    "at least one raster that can be read, inside the bbox", ""};
   }
-  if (auto note = pipeline::note_on_voids(sources.members)) sources.warnings.push_back(std::move(*note));
+  for (auto note : {pipeline::note_on_voids(sources.members), pipeline::note_on_hidden(sources.members)})
+    if (note) sources.warnings.push_back(std::move(*note));
   for (std::string& note : raster::notes_on_datums(sources.members)) {
     sources.warnings.push_back(note);
     sources.notes.push_back(std::move(note));

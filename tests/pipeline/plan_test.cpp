@@ -1,5 +1,6 @@
 // Which tiles a plan's window touches, and what points of its .glb tiles are rounded to.
 #include "pipeline/plan/plan.h"
+#include "pipeline/build/blank_manifest.h"
 #include "pipeline/plan/ecef_step.h"
 
 #include <gtest/gtest.h>
@@ -157,6 +158,27 @@ TEST(EcefStep, OfCoarseTargetsNeedsNoHeights) {
   EXPECT_TRUE(needs(17, 1));
   EXPECT_TRUE(needs(12, 0.15));
   EXPECT_FALSE(needs(12, 7));
+}
+
+raster::MosaicMember member(const char* name, std::array<double, 4> bbox, double pixel_m) {
+  raster::MosaicMember made;
+  made.name = name;
+  for (const double side : bbox) made.description.add_bbox(side);
+  made.description.set_pixel_height_m(pixel_m);
+  return made;
+}
+
+TEST(Notes, NameAFinerRasterThatACoarserOneHides) {
+  const auto coarse = member("coarse.tif", {10, 46, 12, 48}, 90), fine = member("fine.tif", {11, 47, 11.5, 47.5}, 10),
+             finer = member("finer.tif", {10, 46, 11, 47}, 5), beside = member("beside.tif", {11, 47, 13, 47.5}, 10),
+             alike = member("alike.tif", {11, 47, 11.5, 47.5}, 70);
+  EXPECT_FALSE(note_on_hidden({fine, coarse}));
+  EXPECT_FALSE(note_on_hidden({coarse, beside, alike}));
+  EXPECT_EQ(
+      note_on_hidden({coarse, beside, fine}),
+      "fine.tif is finer than coarse.tif, which is named before it, covers it and is shown in its place; to show it, name it "
+      "first");
+  EXPECT_TRUE(note_on_hidden({coarse, fine, finer})->ends_with(" (and so are 1 more)"));
 }
 
 }  // namespace
