@@ -79,7 +79,7 @@ std::optional<std::string> note_on_hidden(const std::vector<raster::MosaicMember
             ", which is named before it, covers it and is shown in its place; to show it, name it first";
   }
   if (count == 0) return std::nullopt;
-  return first + (count == 1 ? "" : " (and so are " + std::to_string(count - 1) + " more)");
+  return first + (count == 1 ? "" : " (and " + std::to_string(count - 1) + " more)");
 }
 
 namespace {

@@ -178,7 +178,7 @@ TEST(Notes, NameAFinerRasterThatACoarserOneHides) {
       note_on_hidden({coarse, beside, fine}),
       "fine.tif is finer than coarse.tif, which is named before it, covers it and is shown in its place; to show it, name it "
       "first");
-  EXPECT_TRUE(note_on_hidden({coarse, fine, finer})->ends_with(" (and so are 1 more)"));
+  EXPECT_TRUE(note_on_hidden({coarse, fine, finer})->ends_with(" (and 1 more)"));
 }
 
 }  // namespace
