@@ -13,7 +13,8 @@
 namespace cordillera::pipeline::work {
 namespace {
 
-/// Ground of a version whose filled voids are nobody's but its own: whether a raster far from a block can change it.
+/// The ground of a version, as its tiles tell it: whether a raster that lies beside a block can change it all the same, by
+/// closing a void that is filled then.
 class WholeGround {
  public:
   WholeGround(const StoreReader& store, const proto::Plan& before, const proto::Plan& now)
