@@ -6,7 +6,6 @@
 #include <span>
 #include <utility>
 
-#include "pipeline/faces/face.h"
 #include "pipeline/faces/mesh_pixels.h"
 #include "pipeline/faces/terrain.h"
 #include "pipeline/faces/web_mercator.h"
@@ -96,12 +95,6 @@ proto::Result<void> to_geoid(const Terrain& terrain, const PixelRows& rows, std:
 }
 
 }  // namespace
-
-MapWindow window_of(const Place& place, int level, std::int32_t margin) {
-  const std::int32_t side = kTilePixels + 2 * margin;
-  return {place.z, level, std::int64_t{kTilePixels} * place.x - margin, std::int64_t{kTilePixels} * place.y - margin, side,
-          side,    {}};
-}
 
 proto::Result<void> draw_heights(const Terrain& terrain, MapWindow& window) {
   window.height_m.assign(static_cast<std::size_t>(window.columns) * static_cast<std::size_t>(window.rows),

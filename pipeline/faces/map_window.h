@@ -9,7 +9,6 @@
 namespace cordillera::pipeline::faces {
 
 class Terrain;
-struct Place;
 
 /// Columns count on across the antimeridian, in either direction, by less than a turn; rows count on beyond the grid's ends.
 struct MapWindow {
@@ -24,9 +23,6 @@ struct MapWindow {
   }
   double at(std::int64_t column, std::int64_t row) const { return height_m[index(column, row)]; }
 };
-
-/// The window of a tile and of so many pixels around it, without heights.
-MapWindow window_of(const Place& place, int level, std::int32_t margin);
 
 /// Replaces the heights by those of the flat triangles over the pixels' centres. A problem without a geoid.
 proto::Result<void> draw_heights(const Terrain& terrain, MapWindow& window);

@@ -12,13 +12,17 @@ struct Places {
   std::vector<double> longitude_deg, latitude_deg;
 };
 
-/// Of samples that are flat water, so many at most.
-Places flat_places(const proto::Samples& samples, const proto::Lattice& lattice) {
-  constexpr std::size_t kMost = 1024;
+std::vector<std::size_t> flat_samples(const proto::Samples& samples) {
   std::vector<std::size_t> flat;
   for (std::size_t k = 0; k < samples.flat_water.size(); ++k) {
-    if ((samples.flat_water[k] & proto::kFlatWater) != 0 && samples.height[k] != proto::kNoHeight) flat.push_back(k);
+    if ((samples.flat_water[k] & proto::kFlatWater) != 0) flat.push_back(k);
   }
+  return flat;
+}
+
+/// Of these, spread evenly, about so many at most.
+Places places_of(const std::vector<std::size_t>& flat, const proto::Samples& samples, const proto::Lattice& lattice) {
+  constexpr std::size_t kMost = 1024;
   Places places;
   const std::size_t step = std::max<std::size_t>(1, flat.size() / kMost);
   for (std::size_t k = 0; k < flat.size(); k += step) {
@@ -33,7 +37,7 @@ Places flat_places(const proto::Samples& samples, const proto::Lattice& lattice)
 /// The share of them that is exactly 0.
 double share_of_zeros(const Places& places, raster::Source& source) {
   std::vector<double> value(places.longitude_deg.size());
-  if (value.empty() || !source.nearest(places.longitude_deg, places.latitude_deg, value.data()).ok()) return 0;
+  if (!source.nearest(places.longitude_deg, places.latitude_deg, value.data()).ok()) return 0;
   return static_cast<double>(std::count(value.begin(), value.end(), 0.0)) / static_cast<double>(value.size());
 }
 
@@ -48,9 +52,8 @@ bool sees_sea(std::span<const proto::Samples> places, const proto::Lattice& latt
   double all = 0, sea = 0;
   for (const proto::Samples& place : places) {
     all += static_cast<double>(place.height.size());
-    const auto flat = std::count_if(place.flat_water.begin(), place.flat_water.end(),
-                                    [](std::uint8_t mark) { return (mark & proto::kFlatWater) != 0; });
-    if (flat > 0) sea += static_cast<double>(flat) * share_of_zeros(flat_places(place, lattice), source);
+    const std::vector<std::size_t> flat = flat_samples(place);
+    if (!flat.empty()) sea += static_cast<double>(flat.size()) * share_of_zeros(places_of(flat, place, lattice), source);
   }
   return all > 0 && sea >= kLeast * all;
 }

@@ -18,8 +18,9 @@ Finding port(const std::string& listen) {
                  "--listen with an address of this machine and a free port; is the service running already?"};
 }
 
-Finding access_of(const ServeSettings& serve) {
-  const auto gate = access::Gate::open({serve.listen, serve.tokens, serve.token_lines, serve.insecure_writes});
+using OpenGate = proto::Result<std::unique_ptr<access::Gate>>;
+
+Finding access_of(const ServeSettings& serve, const OpenGate& gate) {
   if (!gate) return Finding{"access", Health::bad, gate.problem().detail, gate.problem().accepted};
   if ((*gate)->has_tokens()) return Finding{"access", Health::good, "writing takes a token", ""};
   if (serve.insecure_writes)
@@ -29,9 +30,8 @@ Finding access_of(const ServeSettings& serve) {
 }
 
 /// Private datasets of a service without tokens; nothing: there are none, or another finding says what is wrong with the folder.
-std::optional<Finding> private_ones(const ServeSettings& serve) try {
+std::optional<Finding> private_ones(const ServeSettings& serve, const OpenGate& gate) try {
   std::error_code error;
-  const auto gate = access::Gate::open({serve.listen, serve.tokens, serve.token_lines, serve.insecure_writes});
   const auto file = Layout{serve.data}.registry();
   if (!gate || (*gate)->has_tokens() || !std::filesystem::exists(file, error)) return std::nullopt;
   const std::size_t hidden = count_private(*Registry::read_only(file.string()));
@@ -54,9 +54,11 @@ Finding descriptors() {
 }  // namespace
 
 void check_network(const Settings& settings, Findings& findings) {
-  findings.push_back(port(settings.serve.listen));
-  findings.push_back(access_of(settings.serve));
-  if (auto found = private_ones(settings.serve)) findings.push_back(*found);
+  const ServeSettings& serve = settings.serve;
+  const OpenGate gate = access::Gate::open({serve.listen, serve.tokens, serve.token_lines, serve.insecure_writes});
+  findings.push_back(port(serve.listen));
+  findings.push_back(access_of(serve, gate));
+  if (auto found = private_ones(serve, gate)) findings.push_back(*found);
   findings.push_back(descriptors());
 }
 

@@ -177,7 +177,7 @@ function single_picture({ url, rectangle: [west, south, east, north], width, hei
   const request = provider.requestImage.bind(provider);
   provider.requestImage = (...place) => {
     const image = request(...place);
-    image?.then(on_there);
+    image?.then(on_there, () => {});  // one that fails is told by the layer
     return image;
   };
   return new ImageryLayer(provider);

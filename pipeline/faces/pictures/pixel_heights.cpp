@@ -15,11 +15,17 @@ namespace {
 
 constexpr std::int32_t kSide = kTilePixels + 2 * kMargin;
 
-/// As the meshes have them, and water as it is known.
-proto::Result<void> draw(const Terrain& terrain, MapWindow& window) {
+MapWindow window_of(const Place& place, int level) {
+  return {place.z, level, std::int64_t{kTilePixels} * place.x - kMargin, std::int64_t{kTilePixels} * place.y - kMargin, kSide,
+          kSide,   {}};
+}
+
+/// Heights as the meshes have them, but for water of a known height. Gives how much of each pixel is water: see water_pixels.
+proto::Result<std::vector<float>> draw(const Terrain& terrain, MapWindow& window) {
   if (const auto done = draw_heights(terrain, window); !done) return done.problem();
-  lay_water(terrain, window);
-  return {};
+  std::vector<float> water = water_pixels(terrain, window);
+  lay_water(terrain, water, window);
+  return water;
 }
 
 template <class Shows>
@@ -66,8 +72,10 @@ proto::Result<std::optional<PixelHeights>> pixel_heights(const Terrain& terrain,
   PixelHeights grid;
   grid.level = level_of(terrain.manifest(), zooms, place.z, row_latitude_deg(*extent, place.z, place.y));
   grid.side = kSide;
-  MapWindow window = window_of(place, grid.level, kMargin);
-  if (const auto done = draw(terrain, window); !done) return done.problem();
+  MapWindow window = window_of(place, grid.level);
+  auto water = draw(terrain, window);
+  if (!water) return water.problem();
+  grid.water = std::move(*water);
   grid.height_m = std::move(window.height_m);
   grid.data = any_pixel(grid, [](double height_m) { return !std::isnan(height_m); });
   return std::optional(std::move(grid));
@@ -77,7 +85,7 @@ proto::Result<std::optional<PixelHeights>> filled_grid(const Terrain& terrain, c
   auto grid = pixel_heights(terrain, place);
   if (!grid || !*grid) return grid;
   PixelHeights& heights = **grid;
-  MapWindow window = window_of(place, heights.level, kMargin);
+  MapWindow window = window_of(place, heights.level);
   window.height_m = std::move(heights.height_m);
   const auto filled = fill_gaps(terrain, window, beyond);
   if (!filled) return filled.problem();
@@ -88,7 +96,7 @@ proto::Result<std::optional<PixelHeights>> filled_grid(const Terrain& terrain, c
 }
 
 proto::Result<void> filled_window(const Terrain& terrain, MapWindow& window, Beyond beyond) {
-  if (const auto done = draw(terrain, window); !done) return done.problem();
+  if (const auto drawn = draw(terrain, window); !drawn) return drawn.problem();
   if (const auto filled = fill_gaps(terrain, window, beyond); !filled) return filled.problem();
   return {};
 }

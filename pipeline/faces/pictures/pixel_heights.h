@@ -17,11 +17,16 @@ struct PixelHeights {
   int level = 0;                 ///< of the meshes
   std::size_t side = 0;          ///< pixels, margins included
   std::vector<double> height_m;  ///< by row from the north, then column; above the geoid, not a number where there is none
+  std::vector<float> water{};    ///< in the same order, how much of a pixel is water, 0 to 1; empty: nobody says
   bool data = false;             ///< any pixel of the tile itself has something to show
 
   /// The pixel of the tile's row and column; -1 and 256 are margins.
-  double at(std::int32_t row, std::int32_t column) const {
-    return height_m[static_cast<std::size_t>(row + kMargin) * side + static_cast<std::size_t>(column + kMargin)];
+  double at(std::int32_t row, std::int32_t column) const { return height_m[index(row, column)]; }
+  double water_at(std::int32_t row, std::int32_t column) const { return water.empty() ? 0 : water[index(row, column)]; }
+
+ private:
+  std::size_t index(std::int32_t row, std::int32_t column) const {
+    return static_cast<std::size_t>(row + kMargin) * side + static_cast<std::size_t>(column + kMargin);
   }
 };
 

@@ -8,7 +8,6 @@
 #include "pipeline/faces/pictures/png_image.h"
 #include "pipeline/faces/pictures/raster_tiles.h"
 #include "pipeline/faces/pictures/style_ramps.h"
-#include "pipeline/faces/pictures/water_pixels.h"
 #include "pipeline/faces/tilejson.h"
 #include "proto/degrees.h"
 
@@ -104,14 +103,13 @@ std::vector<std::uint8_t> painted(const Style& style, const Terrain& terrain, co
   const auto colours = style.colours(terrain, place.ramp);
   std::vector<std::uint8_t> out(std::size_t{4} * kTilePixels * kTilePixels, 0);
   if (!colours) return out;  // whoever asks for the tile was told before
-  const std::vector<float> water = colours->sea ? water_pixels(terrain, window_of(place, grid.level, 0)) : std::vector<float>();
   auto pixel = out.begin();
   for (std::int32_t row = 0; row < kTilePixels; ++row) {
     const PixelSize size = pixel_size(place, row);
     for (std::int32_t column = 0; column < kTilePixels; ++column, pixel += 4) {
       const double height_m = grid.at(row, column);
       if (std::isnan(height_m)) continue;
-      const double wet = water.empty() ? 0 : water[static_cast<std::size_t>(row * kTilePixels + column)];
+      const double wet = colours->sea ? grid.water_at(row, column) : 0;
       const Pixel4 paint = style.paint({height_m, gradient(grid, row, column, size), exaggeration(place.z), wet}, colours->ramp);
       std::copy(paint.rgb.begin(), paint.rgb.end(), pixel);
       pixel[3] = paint.alpha;

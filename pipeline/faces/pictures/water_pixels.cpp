@@ -45,12 +45,11 @@ std::vector<float> water_pixels(const Terrain& terrain, const MapWindow& window)
   return out;
 }
 
-void lay_water(const Terrain& terrain, MapWindow& window) {
+void lay_water(const Terrain& terrain, std::span<const float> water, MapWindow& window) {
   constexpr float kMostly = 0.5F;
   const proto::Manifest& manifest = terrain.manifest();
   // Of a mask alone nobody knows the height. Pictures may count from another datum than the raster.
   if (!manifest.options().has_water() || terrain.geoid_name() != manifest.source().vertical_datum()) return;
-  const std::vector<float> water = water_pixels(terrain, window);
   for (std::size_t k = 0; k < water.size(); ++k) {
     if (water[k] > kMostly && !std::isnan(window.height_m[k])) window.height_m[k] = manifest.options().water();
   }

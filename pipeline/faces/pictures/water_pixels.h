@@ -1,5 +1,6 @@
 #pragma once
 // Where a picture shows water, by the dataset's water masks.
+#include <span>
 #include <vector>
 
 #include "pipeline/faces/map_window.h"
@@ -11,7 +12,7 @@ namespace cordillera::pipeline::faces {
 std::vector<float> water_pixels(const Terrain& terrain, const MapWindow& window);
 
 /// Gives pixels that are mostly water of a known height that height: meshes keep it to within their error only, and a coast would
-/// have islands that are none. Others, and pixels without a height, stay.
-void lay_water(const Terrain& terrain, MapWindow& window);
+/// have islands that are none. Others, and pixels without a height, stay. water: the window's water_pixels.
+void lay_water(const Terrain& terrain, std::span<const float> water, MapWindow& window);
 
 }  // namespace cordillera::pipeline::faces
