@@ -14,6 +14,7 @@
 namespace cordillera::proto {
 
 inline constexpr double kSemiMajor_m = 6378137.0;
+inline constexpr double kSemiMinor_m = 6356752.314245179;
 inline constexpr double kFlattening = 1 / 298.257223563;
 
 struct Vec3 {

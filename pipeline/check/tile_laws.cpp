@@ -167,7 +167,7 @@ std::vector<Vec3> matched(const DecodedDrc& drc, const DecodedGlb& glb, const Ti
     const double height_m = p[2] * drc.height_step;
     const Vec3 place = proto::ecef(proto::row_frame(lattice, south + p[1]), proto::column_frame(lattice, west + p[0]), height_m);
     const auto found =
-        shown[v] ? points.at(place, bytes.ecef_steps.between(height_m, height_m)) : bytes.ecef_steps.rounded(place, height_m);
+        shown[v] ? points.at(place, bytes.ecef_steps.at(place, height_m)) : bytes.ecef_steps.rounded(place, height_m);
     if (!found) {
       findings.add(where, "vertex " + words(drc.points[v]) + " of its .drc is not in its .glb");
       return {};

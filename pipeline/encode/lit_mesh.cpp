@@ -127,7 +127,7 @@ class Rounding {
   explicit Rounding(const gpu::EcefSteps& steps) : steps_(steps) {}
 
   Vec3 rounded(const Vec3& p, double height_m) {
-    const double step_m = steps_.between(height_m, height_m);
+    const double step_m = steps_.at(p, height_m);
     const Vec3 at = gpu::round_to(p, step_m);
     boxes_[step_m].add(at);
     return at;

@@ -15,11 +15,25 @@ constexpr double kExactStepShare = 1.0 / 512;  // an exact block has only what t
 constexpr double kMostSteps = 1 << 21;         // of what a tile spans, and from a step's middle height: Draco keeps 2^23 exactly
 constexpr double kRelief_m = 8192;             // of a tile and its skirts
 constexpr double kLeastStep_m = 0x1p-14;       // 32 km of it are whole numbers that Draco takes
+constexpr double kPoleHeight_m = 1024;         // so near is enough, and seldom another one when rasters are added
+
+/// The width of a column, of the height of a row: the greatest in the plan's window where that lies around a pole, else 1.
+double column_width(const proto::Plan& plan) {
+  constexpr double kNarrow = 1.0 / 8;
+  const proto::Lattice lattice = lattice_of(plan);
+  const std::int64_t middle = lattice.rows() / 2, low = std::max<std::int64_t>(plan.window(1), 0), high = plan.window(3);
+  if (low <= middle && high >= middle) return 1;
+  const double widest = proto::row_frame(lattice, low > middle ? low : std::min(high, lattice.rows())).cos_lat;
+  return widest < kNarrow ? widest : 1;
+}
 
 /// How far a tile of the level reaches over data.
 double reach_m(const proto::Plan& plan, int level) {
   const proto::Lattice lattice = lattice_of(plan);
-  return static_cast<double>(std::min(extent_of(plan), lattice.tile_units(level))) *
+  const std::int64_t tile = lattice.tile_units(level),
+                     columns = std::min(tile, std::int64_t{plan.window(2)} - plan.window(0) + 1),
+                     rows = std::min(tile, std::int64_t{plan.window(3)} - plan.window(1) + 1);
+  return std::max(static_cast<double>(columns) * column_width(plan), static_cast<double>(rows)) *
          proto::cell_height_m(lattice, lattice.rows() / 2);
 }
 double reach_m(const proto::Plan& plan, const proto::LevelPlan& level) { return reach_m(plan, static_cast<int>(level.level())); }
@@ -60,15 +74,20 @@ void set_ecef_steps(const proto::Plan& plan, proto::LevelPlan& level) {
     return power_of_two_below(std::max(wanted_step_m(plan, level), least_step_m(plan, level, relief_m)));
   };
   level.set_ecef_step(step_for(kRelief_m));
-  level.clear_coarsest_ecef_step(), level.clear_middle_height(), level.clear_near();
+  level.clear_coarsest_ecef_step(), level.clear_middle_height(), level.clear_near(), level.clear_near_pole();
   const auto seen_m = seen_heights_m(plan);
-  if (!seen_m) return;
-  const double finest = std::max(step_for(0), kLeastStep_m);
-  if (finest >= level.ecef_step()) return;
-  level.set_coarsest_ecef_step(level.ecef_step());
-  level.set_ecef_step(finest);
-  level.set_middle_height((seen_m->first + seen_m->second) / 2);
-  level.set_near(finest * kMostSteps);
+  const double middle_m = seen_m ? (seen_m->first + seen_m->second) / 2 : 0;
+  const double finest = seen_m ? std::max(step_for(0), kLeastStep_m) : level.ecef_step();
+  if (finest < level.ecef_step()) {
+    level.set_coarsest_ecef_step(level.ecef_step());
+    level.set_ecef_step(finest);
+    level.set_middle_height(middle_m);
+    level.set_near(finest * kMostSteps);
+  }
+  // A tile of level 0 reaches from pole to pole, which is too many of the smallest steps.
+  if (!plan.exact() || !reaches_pole(plan) || level.level() == 0) return;
+  level.set_near_pole(level.ecef_step() * kMostSteps);
+  if (level.coarsest_ecef_step() == 0) level.set_middle_height(kPoleHeight_m * std::rint(middle_m / kPoleHeight_m));
 }
 
 bool needs_heights(const proto::Plan& plan, double target_m) {
@@ -79,8 +98,9 @@ bool needs_heights(const proto::Plan& plan, double target_m) {
 }
 
 gpu::EcefSteps ecef_steps(const proto::LevelPlan& level) {
-  if (level.coarsest_ecef_step() == 0) return level.ecef_step();
-  return {level.ecef_step(), level.coarsest_ecef_step(), level.middle_height(), level.near()};
+  const double finest = level.ecef_step();
+  if (level.coarsest_ecef_step() == 0) return {finest, finest, level.middle_height(), INFINITY, level.near_pole()};
+  return {finest, level.coarsest_ecef_step(), level.middle_height(), level.near(), level.near_pole()};
 }
 
 double usual_step_m(const proto::Plan& plan, const proto::LevelPlan& level) {

@@ -23,6 +23,10 @@ constexpr int kRounds = kProjectionRounds;  // a round carries what the window's
 constexpr int kBoundedRounds = kRounds * 2 / 3;
 // Beside a wall alone: where samples as near as that differ by more than the height of so many cells. Peaks stay free.
 constexpr double kWallCells = 5;
+// Beside a pole columns are a millimetre apart, and a sample that moves alone is a needle. Points of tiles are rounded to a 500th
+// of such a column there, which on a needle of this slope is a tenth of the usual target: no sample moves farther than so many
+// times a column's width. Elsewhere that is kilometres.
+constexpr double kMostSlope = 4096;
 // Each vertex takes its share of a residual divided by the number of pixels that move it (component averaging: Censor, Gordon and
 // Gordon 2001). So it converges for any pixels and any step below 2; this one leaves a tenth a round where pixels share no
 // vertices.
@@ -64,6 +68,8 @@ class Sheet {
         north_pole_begin_(samples.height.size() -
                           (samples.south + samples.rows > lattice.rows() ? static_cast<std::size_t>(samples.columns) : 0)),
         held_by_(samples.height.size(), 0) {
+    for (std::int64_t j = samples.south; j < samples.south + samples.rows; ++j)
+      most_move_m_.push_back(kMostSlope * proto::row_frame(lattice, j).cos_lat * proto::cell_height_m(lattice, j));
     const auto height_m = [&](std::uint32_t k) { return samples.height[k] * proto::kHeightStep_m; };
     cells_.reserve(pixels.size());
     for (const PixelPoint& pixel : pixels) {
@@ -141,6 +147,9 @@ class Sheet {
       height_m_[k] = std::clamp(height_m_[k] + static_cast<double>(sum) / kGrain, -proto::kMaxHeight_m, proto::kMaxHeight_m);
       if (bounded && is_beside_a_wall(bounds_->at(k)))
         height_m_[k] = std::clamp(height_m_[k], bounds_->at(k).least_m, bounds_->at(k).greatest_m);
+      const double before_m = samples_.height[k] * proto::kHeightStep_m,
+                   most_m = most_move_m_[k / static_cast<std::uint32_t>(samples_.columns)];
+      height_m_[k] = std::clamp(height_m_[k], before_m - most_m, before_m + most_m);
       moved_[k] = 1;
       last_moved_.push_back(k);
     }
@@ -194,6 +203,7 @@ class Sheet {
   const double within_m_;
   const double wall_m_;
   const std::size_t south_pole_end_, north_pole_begin_;  ///< samples; a pole's row is one point
+  std::vector<double> most_move_m_;                      ///< indexed by row
   std::vector<std::uint32_t> held_by_;                   ///< indexed by sample: how many pixels move it
   std::vector<double> height_m_;                         ///< likewise; of voids no height. Once there is something to move, as:
   std::vector<std::int64_t> sums_;                       ///< likewise: what a round moves it by, in grains

@@ -37,9 +37,10 @@ inline constexpr std::int64_t kProjectionReach = kProjectionRounds + kBoundsReac
 /// within so many metres of the pixels, and nearer beside the sides of tiles. What a pixel's centre is farther off is spread onto
 /// the three vertices around it, in kProjectionRounds rounds. In the first eight of them no sample beside a wall leaves the
 /// heights of the samples up to kBoundsReach away and of the pixels that move it, lest it rings more than it must. A sample
-/// depends on the source's pixels and samples around it, the lattice and within_m alone, not on what else the source holds. Stay
-/// as they are: still water, poles, voids, and vertices beside which no pixel is too far off. Voids that are filled move. What
-/// would leave the range of heights is held to it.
+/// depends on the source's pixels and samples around it, the lattice and within_m alone, not on what else the source holds.
+/// Beside a pole no sample moves farther than some thousand times a column's width. Stay as they are: still water, poles, voids,
+/// and vertices beside which no pixel is too far off. Voids that are filled move. What would leave the range of heights is held
+/// to it.
 std::unique_ptr<Source> project_back(std::unique_ptr<Source> source, int level, double within_m);
 
 }  // namespace cordillera::raster

@@ -75,6 +75,51 @@ TEST(EncodeGlb, PointsFarBelowAndAboveTheOthersAreMultiplesOfGreaterSteps) {
   EXPECT_EQ(steps.size(), 5U);
 }
 
+/// A tile from a pole to 45 degrees, and the steps of its level: points halve them with the distance from the pole.
+struct AtPole {
+  static constexpr std::int32_t kCells = 32;
+  const Lattice lattice{9};
+  const TileAddress address{2, 5, 3};
+  const gpu::EcefSteps steps{8, 8, 500, INFINITY, 0x1p22};
+  TileMesh mesh = synthetic_mesh(lattice, address, kCells, hills());
+
+  Vec3 point(std::size_t v) const {
+    return proto::ecef(proto::row_frame(lattice, lattice.south(address) + mesh.y[v]),
+                       proto::column_frame(lattice, lattice.west(address) + mesh.x[v]), height_m(v));
+  }
+  double height_m(std::size_t v) const { return mesh.height[v] * proto::kHeightStep_m; }
+  double step_m(std::size_t v) const {
+    const Vec3 p = point(v);
+    const double apart_m = std::hypot(p.x, p.y, p.z - proto::kSemiMinor_m - 500);
+    double step = 8;
+    for (double reach = 0x1p22; apart_m <= reach && step > 0.125; reach /= 2) step /= 2;
+    return step;
+  }
+};
+
+// Columns are closer than any step there; and tiles that share a point round it in one way, so that its place alone decides.
+TEST(EncodeGlb, PointsBesideAPoleAreMultiplesOfSmallerSteps) {
+  AtPole at_pole;
+  EncodeInput input = encode_input(at_pole.lattice, at_pole.address, at_pole.mesh);
+  input.ecef_steps = at_pole.steps;
+  const auto glb = decode_glb(encode_glb(input));
+  ASSERT_TRUE(glb.ok()) << glb.problem().detail;
+  std::set<Key> expected, decoded;
+  std::set<double> steps;
+  for (std::size_t v = 0; v < at_pole.mesh.vertices(); ++v) {
+    const double step = at_pole.step_m(v);
+    steps.insert(step);
+    Key rounded = key(at_pole.point(v));
+    for (double& c : rounded) c = std::nearbyint(c / step) * step;
+    if (at_pole.mesh.y[v] < at_pole.mesh.side) expected.insert(rounded);
+  }
+  for (const Vec3& p : glb->points) {
+    if (std::hypot(p.x, p.y) > 1) decoded.insert(key(p));  // a pole is one point of many vertices
+  }
+  EXPECT_EQ(expected, decoded);
+  EXPECT_EQ(steps.size(), 7U) << "from 8 m to an eighth";
+}
+
 TEST(EncodeGlb, WithTheFinestStepAloneTheyDoNotFit) {
   Spiked spiked;
   EncodeInput input = spiked.input();

@@ -131,6 +131,50 @@ TEST(EcefStep, OfCoarseLevelsIsOneAtAllHeights) {
   EXPECT_EQ(steps.coarsest_m, steps.finest_m);
 }
 
+// Columns beside a pole are narrow: a window of many reaches no farther than it is high.
+TEST(EcefStep, BesideAPoleIsThatOfAWindowAsWideOnTheGround) {
+  const proto::Lattice lattice{10};
+  const auto step_m = [&](std::int32_t west, std::int32_t south, std::int32_t columns, std::int32_t rows) {
+    proto::Plan plan = plan_with(10, {west, south, west + columns, south + rows});
+    plan.set_exact(true);
+    proto::LevelPlan level;
+    level.set_level(1);
+    level.set_target(9800);
+    set_ecef_steps(plan, level);
+    return level.ecef_step();
+  };
+  const auto rows = static_cast<std::int32_t>(lattice.rows());
+  // 88 rows from the pole a column is a thousandth of a row wide.
+  EXPECT_EQ(step_m(0, rows - 80, 100000, 80), step_m(0, rows / 2, 100, 100));
+  EXPECT_GT(step_m(0, rows / 2, 100000, 80), 64 * step_m(0, rows / 2, 100, 100));
+  EXPECT_GT(step_m(0, rows / 4, 100000, rows - rows / 4), 64 * step_m(0, rows / 2, 100, 100))
+      << "to the pole, and over the equator";
+}
+
+TEST(EcefStep, OfPointsBesideAPoleIsFinerAndOfAllOthersAsItIs) {
+  proto::Plan plan = plan_with(12, {0, 0, 4000, 4000});
+  plan.set_exact(true);
+  plan.add_seen_heights(100);
+  plan.add_seen_heights(4000);
+  proto::LevelPlan level;
+  level.set_level(12);
+  level.set_target(7);
+  set_ecef_steps(plan, level);
+  const gpu::EcefSteps steps = ecef_steps(level);
+  const proto::Lattice lattice{12};
+  const auto at = [&](std::int64_t to_pole) {
+    return steps.at(proto::ecef(proto::row_frame(lattice, lattice.rows() - to_pole), proto::column_frame(lattice, 0), 2000),
+                    2000);
+  };
+  EXPECT_EQ(at(lattice.rows() / 2), 0x1p-7);
+  EXPECT_EQ(at(20000), 0x1p-7) << "two degrees";
+  EXPECT_EQ(at(700), 0x1p-8) << "13 km, of 16";
+  EXPECT_EQ(at(1), 0x1p-13);
+  level.set_level(0);
+  set_ecef_steps(plan, level);
+  EXPECT_EQ(ecef_steps(level).near_pole_m, 0) << "its tiles have both poles";
+}
+
 TEST(EcefStep, OfFineLevelsDoublesWithTheDistanceFromTheMiddle) {
   const gpu::EcefSteps steps = steps_of(17, 0.15, std::pair(100, 300));
   EXPECT_EQ(steps.finest_m, 0x1p-12) << "a 512th of the target";

@@ -209,8 +209,7 @@ Findings judge_plans(const Built& built) {
       if (Violation v = manifold_violation(tile.drc, holes)) found.push_back(*v);
       if (tile.drc.triangles.size() != tile.glb.triangles.size() + lines_at_pole(built, tile.drc))
         found.push_back(name(at) + ": its two faces differ in triangles");
-      const double pole_row_deg = 1.001 * built.lattice.cell_deg() * static_cast<double>(built.lattice.cell_units(z));
-      if (Violation v = space_violation(tile.glb, pole_row_deg)) found.push_back(name(at) + ": " + *v);
+      if (Violation v = space_violation(tile.glb)) found.push_back(name(at) + ": " + *v);
       for (std::size_t k = 0; k < tile.drc.u.size(); ++k) {
         const std::int64_t i = built.lattice.west(at) + tile.drc.u[k], j = built.lattice.south(at) + tile.drc.v[k];
         if (built.truth(i, j)) continue;

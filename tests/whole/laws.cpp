@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <sstream>
 
 namespace cordillera::whole {
@@ -210,20 +209,16 @@ Violation manifold_violation(const DecodedTile& t, Holes holes) {
   return std::nullopt;
 }
 
-Violation space_violation(const DecodedSurface& surface, double pole_row_deg) {
-  const double pole_row = std::sin(pole_row_deg * std::numbers::pi / 180);  // cosine of the latitude of its rim
+Violation space_violation(const DecodedSurface& surface) {
   std::size_t turned = 0;
   for (const auto& c : surface.triangles) {
     std::array<Point, 3> p;
-    int at_pole = 0, in_pole_row = 0;
+    int at_pole = 0;
     for (unsigned k = 0; k < 3; ++k) {
       p[k] = surface.points[c[k]];
-      const Point up = up_at(p[k]);
       at_pole += std::hypot(p[k][0], p[k][1]) == 0 ? 1 : 0;
-      in_pole_row += std::hypot(up[0], up[1]) < pole_row ? 1 : 0;
     }
     if (at_pole > 1) return "a triangle has two corners at a pole";
-    if (in_pole_row == 3) continue;
     const Point a{p[1][0] - p[0][0], p[1][1] - p[0][1], p[1][2] - p[0][2]},
         b{p[2][0] - p[0][0], p[2][1] - p[0][1], p[2][2] - p[0][2]};
     const Point n{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};

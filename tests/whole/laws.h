@@ -29,8 +29,8 @@ Violation manifold_violation(const DecodedTile& tile, Holes holes);
 Violation neighbour_violation(const DecodedTile& a, const DecodedTile& b, Holes holes);
 
 /// Seen along the ellipsoid's normal at each of its corners, every triangle is the right way up, and none has two corners at a
-/// pole. pole_row_deg: what lies within so much of a pole need not be upright, for columns may be closer there than any rounding.
-Violation space_violation(const DecodedSurface& surface, double pole_row_deg = 0);
+/// pole.
+Violation space_violation(const DecodedSurface& surface);
 
 /// What a tile must show: places of a closed rectangle, in its units, for which `must` is true. Every one of them lies under a
 /// triangle.

@@ -125,8 +125,6 @@ TEST(laws, no_lines_at_a_pole) {
   cap.u = {16, 16, 48}, cap.v = {60, 40, 64};
   EXPECT_EQ(plan_violation(cap, Holes::allowed), std::nullopt);
   EXPECT_THAT(space_violation(surface_of(cap)), Optional(HasSubstr("1 triangles are upside down")));
-  EXPECT_EQ(space_violation(surface_of(cap), 24 * 45.0 / 64 + 0.001), std::nullopt) << "all of it";
-  EXPECT_NE(space_violation(surface_of(cap), 24 * 45.0 / 64 - 0.001), std::nullopt);
   cap.u = {17, 16, 48};
   EXPECT_THAT(space_violation(surface_of(cap)), Optional(HasSubstr("1 triangles are upside down")));
 }
