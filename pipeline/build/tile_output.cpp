@@ -59,6 +59,18 @@ void set_counts(const SampleCount& count, proto::TileRecord& record) {
   record.set_highest_sample(count.highest * proto::kHeightStep_m);
 }
 
+/// In cells of the finest lattice.
+double shown_area(const proto::TileMesh& mesh, const PublishedMesh& published) {
+  std::int64_t doubled = 0;
+  for (const auto& [a, b, c] : published.triangles) {
+    const std::uint32_t at = published.source[a], next = published.source[b], last = published.source[c];
+    const std::int64_t ux = mesh.x[next] - mesh.x[at], uy = mesh.y[next] - mesh.y[at], vx = mesh.x[last] - mesh.x[at],
+                       vy = mesh.y[last] - mesh.y[at];
+    doubled += ux * vy - uy * vx;
+  }
+  return static_cast<double>(doubled) / 2;
+}
+
 void count_mesh(const BuiltTile& built, const PublishedMesh& published, proto::TileRecord& record) {
   const proto::TileMesh& mesh = built.mesh;
   std::int32_t lowest = INT32_MAX, highest = INT32_MIN;
@@ -73,6 +85,7 @@ void count_mesh(const BuiltTile& built, const PublishedMesh& published, proto::T
   record.set_min_height(lowest * proto::kHeightStep_m);
   record.set_max_height(highest * proto::kHeightStep_m);
   record.set_border_vertices(on_border);
+  record.set_shown(shown_area(mesh, published));
 }
 
 proto::TileRecord record_of(const BuiltTile& built) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "pipeline/build/provisional.h"
 #include "pipeline/encode/json.h"
@@ -69,13 +70,13 @@ Json zoom_entry(const proto::Manifest& manifest, const raster::Area& extent, con
   const auto [equatorward, poleward] = std::minmax({std::abs(extent.south_deg), std::abs(extent.north_deg)});
   const bool equator = extent.south_deg < 0 && extent.north_deg > 0;
   Json levels = Json::array();
-  double error_m = 0;
+  std::optional<double> error_m;
   const int finest = level_of(manifest, zooms, zoom, poleward);
   for (int level = level_of(manifest, zooms, zoom, equator ? 0 : equatorward); level <= finest; ++level) {
     levels.push_back(level);
-    error_m = std::max(error_m, stated_error_m(manifest, level).value_or(0));
+    error_m = std::max(error_m, stated_error_m(manifest, level));  // none is less than any
   }
-  const Json stated = manifest.provisional() ? Json() : Json(std::ceil((error_m + rounding_m) * 1e4) / 1e4);
+  const Json stated = error_m ? Json(std::ceil((*error_m + rounding_m) * 1e4) / 1e4) : Json();
   return {{"zoom", zoom}, {"levels", std::move(levels)}, {"stated_max_error", stated}};
 }
 

@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "pipeline/encode/encode.h"
 #include "pipeline/plan/plan.h"
+#include "pipeline/store/levels_shown.h"
 #include "pipeline/store/pixel_error_sum.h"
 #include "pipeline/store/store_schema.h"
 #include "proto/degrees.h"
@@ -33,10 +36,15 @@ struct SampleRange {
   }
 };
 
+/// What the published triangles of a level's tiles cover; none: nobody knows of one of them.
+using ShownArea = std::optional<double>;
+
 // Records come ordered by place, so that sums of doubles are the same in every build.
-proto::LevelSummary level_summary(Database& database, const proto::LevelPlan& plan, SampleRange& range, PixelErrorSum& pixels) {
+proto::LevelSummary level_summary(Database& database, const proto::LevelPlan& plan, SampleRange& range, PixelErrorSum& pixels,
+                                  ShownArea& shown) {
   proto::LevelSummary sum;
   double squares = 0, samples = 0;
+  shown = 0;
   Statement rows(database, "SELECT record FROM tiles WHERE level = ? ORDER BY y, x");
   rows.bind(plan.level());
   while (rows.step()) {
@@ -60,6 +68,7 @@ proto::LevelSummary level_summary(Database& database, const proto::LevelPlan& pl
     sum.set_filled_samples(sum.filled_samples() + tile.filled_samples());
     sum.set_border_vertices(sum.border_vertices() + tile.border_vertices());
     sum.set_put_back(sum.put_back() + tile.put_back());
+    shown = shown && tile.has_shown() ? ShownArea(*shown + tile.shown()) : std::nullopt;
     squares += tile.sum_squared_error();
     samples += tile.samples();
   }
@@ -70,6 +79,15 @@ proto::LevelSummary level_summary(Database& database, const proto::LevelPlan& pl
   sum.set_drc_bytes(blob_bytes(database, "SELECT drc FROM tiles WHERE level = " + level));
   sum.set_glb_bytes(blob_bytes(database, "SELECT glb FROM tiles WHERE level = " + level));
   return sum;
+}
+
+/// areas: indexed as levels.
+void set_shown_shares(const std::vector<ShownArea>& areas, proto::Manifest& manifest) {
+  const auto finest = std::find_if(areas.begin(), areas.end(), [](const ShownArea& area) { return !area || *area > 0; });
+  if (finest == areas.end() || !*finest) return;
+  for (std::size_t k = 0; k < areas.size(); ++k) {
+    if (areas[k]) manifest.mutable_levels(static_cast<int>(k))->set_shown_share(std::min(*areas[k] / **finest, 1.0));
+  }
 }
 
 constexpr int kBounds = 6;  // of a manifest: west, south, east, north, and the heights
@@ -218,9 +236,10 @@ void summarise(Database& database, const proto::Plan& plan, proto::Manifest& man
   const proto::LevelSummary* finest = nullptr;
   PixelErrorSum pixels;
   SampleRange range;  // of all levels: those that saw samples saw the same
+  std::vector<ShownArea> shown;
   for (const proto::LevelPlan& level : plan.levels()) {
     proto::LevelSummary& sum = *manifest.add_levels();
-    sum = level_summary(database, level, range, pixels);
+    sum = level_summary(database, level, range, pixels, shown.emplace_back());
     sum.set_target(plan.promise() ? level.target()
                                   : sum.stated_max_error());  // a share promises no error: none but what came out
     geometric_error = std::max(geometric_error, sum.stated_max_error());
@@ -233,6 +252,8 @@ void summarise(Database& database, const proto::Plan& plan, proto::Manifest& man
     if (sum.tiles() > 0 && finest == nullptr) finest = &sum;
   }
   if (finest == nullptr) throw NothingToPublish();
+  if (!manifest.provisional()) set_shown_shares(shown, manifest);
+  if (std::string note = note_on_sparse_levels(manifest); first && !note.empty()) manifest.add_notes(std::move(note));
   if (!sharper && !pixels.empty()) *manifest.mutable_source()->mutable_error_at_pixels() = pixels.total();
   if (first && !sharper && !pixels.empty() && plan.promise()) note_pixels(pixels, plan.levels(0).target(), manifest);
   if (sharper) {

@@ -19,6 +19,14 @@ void leave_out_errors(Json& manifest) {
   manifest["source"]["error_at_pixels"] = nullptr;
 }
 
+/// A level without tiles is nowhere: it has no heights, and no error.
+void leave_out_nothing_shown(const proto::Manifest& manifest, Json& levels) {
+  for (int k = 0; k < manifest.levels_size(); ++k) {
+    if (manifest.levels(k).tiles() > 0) continue;
+    for (const char* name : {"stated_max_error", "min_height", "max_height"}) levels[static_cast<std::size_t>(k)][name] = nullptr;
+  }
+}
+
 /// Heights are those of the whole: of one raster among several only what was read of its file is known.
 void leave_out_measurements(Json& source) {
   for (const char* name : {"nodata_share", "flat_water_share", "min_height", "max_height", "filled_share", "lattice_samples"})
@@ -35,6 +43,7 @@ std::string manifest_json(const proto::Manifest& manifest) {
   if (!status.ok()) throw std::logic_error("a manifest cannot be printed: " + status.ToString());
   Json json = Json::parse(out);
   if (manifest.provisional()) leave_out_errors(json);
+  leave_out_nothing_shown(manifest, json["levels"]);
   for (int k = 0; k < manifest.sources_size(); ++k) {
     if (manifest.sources(k).lattice_samples() == 0) leave_out_measurements(json["sources"][static_cast<std::size_t>(k)]);
   }

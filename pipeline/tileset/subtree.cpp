@@ -31,14 +31,14 @@ std::vector<std::pair<std::uint32_t, TileExtent>> level_nodes(const StoreReader&
 }
 
 Availability gather(const StoreReader& store, const proto::TileAddress& root) {
-  const double empty_error = empty_error_m(store.manifest());
+  const RefineErrors errors(store.manifest());
   Availability out;
   for (int depth = 0; depth < kSubtreeLevels; ++depth) {
     for (const auto& [place, node] : level_nodes(store, root, depth)) {
       out.tiles.set(first_of_level(depth) + place);
       if (node.content) out.contents.set(first_of_level(depth) + place);
       for (const double number : node.region) append_little_endian(out.regions, number);
-      append_little_endian(out.errors, node.content ? node.geometric_error_m : empty_error);
+      append_little_endian(out.errors, errors.of(node));
     }
   }
   for (const auto& [place, node] : level_nodes(store, root, kSubtreeLevels)) out.subtrees.set(place);

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "pipeline/encode/json.h"
+#include "pipeline/store/levels_shown.h"
 #include "pipeline/tileset/html_text.h"
 #include "pipeline/tileset/subtree.h"
 #include "proto/ellipsoid.h"
@@ -33,7 +34,7 @@ Json schema() {
                   {"count", 6},
                   {"required", true}}},
                 {"geometric_error",
-                 {{"description", "Stated maximum error in metres; for tiles without content the error of showing nothing"},
+                 {{"description", "Stated maximum error in metres; for tiles without content, and of levels that show less than half of the data, the error of showing nothing"},
                   {"semantic", "TILE_GEOMETRIC_ERROR"},
                   {"type", "SCALAR"},
                   {"componentType", "FLOAT64"},
@@ -51,7 +52,7 @@ Json implicit_root(const TileExtent& node, const proto::Manifest& manifest, std:
   const std::string side = node.tile.x == 0 ? "W" : "E";
   Json tile;
   tile["boundingVolume"] = {{"region", hemisphere(node)}};
-  tile["geometricError"] = node.content ? node.geometric_error_m : empty_error_m(manifest);
+  tile["geometricError"] = RefineErrors(manifest).of(node);
   tile["refine"] = "REPLACE";
   tile["content"] = {{"uri", ("tiles/" + side + "/{level}/{x}/{y}.glb").append(query)}};
   tile["implicitTiling"] = {{"subdivisionScheme", "QUADTREE"},
@@ -130,6 +131,9 @@ double empty_error_m(const proto::Manifest& manifest) {
   for (const proto::LevelSummary& level : manifest.levels()) error = std::max(error, 2 * level.geometric_error());
   return error;
 }
+
+RefineErrors::RefineErrors(const proto::Manifest& manifest)
+    : empty_m_(empty_error_m(manifest)), last_sparse_(last_sparse_level(manifest).value_or(-1)) {}
 
 std::string tileset_json(const StoreReader& store, std::string_view query, std::string_view photo) {
   const proto::Manifest& manifest = store.manifest();

@@ -20,6 +20,21 @@ std::string tileset_json(const StoreReader& store, std::string_view query = {}, 
 /// them.
 double empty_error_m(const proto::Manifest& manifest);
 
+/// What viewers refine by: a tile's stated error, or that of showing nothing where it does, or where its level shows less than
+/// half of the data (levels_shown.h). Else they would stay with the few triangles that a level has of a narrow strip, which are
+/// not far off. Borrows the manifest for its constructor alone.
+class RefineErrors {
+ public:
+  explicit RefineErrors(const proto::Manifest& manifest);
+  bool stands_for_data(const TileExtent& node) const { return node.content && node.tile.z > last_sparse_; }
+  double of(const TileExtent& node) const { return stands_for_data(node) ? node.geometric_error_m : empty_m_; }
+  double empty_m() const { return empty_m_; }
+
+ private:
+  double empty_m_;
+  int last_sparse_;
+};
+
 /// What a tileset says of itself: title, attribution, imagery, and credits where CesiumJS looks for them.
 Json tileset_asset(const proto::Manifest& manifest);
 

@@ -86,8 +86,9 @@ std::string strategy_lines(const proto::Manifest& manifest) {
 std::string metres_text(double metres, bool known) { return known ? text("%.3f", metres) : "-"; }
 
 std::string level_line(const proto::LevelSummary& level) {
-  return text("%5u %7u %10u %11s %10.3f %11.3f%s %10s\n", level.level(), level.tiles(), level.triangles(),
-              bytes_text(level.drc_bytes()).c_str(), level.target(), level.stated_max_error(), level.composed() ? "*" : " ",
+  return text("%5u %7u %10u %11s %10.3f %11s%s %10s\n", level.level(), level.tiles(), level.triangles(),
+              bytes_text(level.drc_bytes()).c_str(), level.target(),
+              metres_text(level.stated_max_error(), level.tiles() > 0).c_str(), level.composed() ? "*" : " ",
               metres_text(level.rmse(), level.has_rmse()).c_str());
 }
 

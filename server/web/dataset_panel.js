@@ -69,7 +69,7 @@ const kNotKnown = "not known yet";
 function level_row(level) {
   const row = document.createElement("tr");
   const cells = [level.level, level.tiles.toLocaleString("en"), level.triangles.toLocaleString("en"),
-    level.stated_max_error === null ? kNotKnown : (level.composed ? "≤ " : "") + metres(level.stated_max_error), (level.rmse ?? null) === null ? "–" : metres(level.rmse)];
+    level.tiles === 0 ? "–" : level.stated_max_error === null ? kNotKnown : (level.composed ? "≤ " : "") + metres(level.stated_max_error), (level.rmse ?? null) === null ? "–" : metres(level.rmse)];
   for (const text of cells) row.insertCell().textContent = text;
   return row;
 }

@@ -57,11 +57,13 @@ proto::Manifest manifest() {
   manifest.set_device("cpu");
   proto::LevelSummary& measured = *manifest.add_levels();
   measured.set_level(1);
+  measured.set_tiles(1);
   measured.set_target(5);
   measured.set_stated_max_error(4.5);
   measured.set_rmse(0);
   proto::LevelSummary& bound = *manifest.add_levels();
   bound.set_target(9);
+  bound.set_tiles(1);
   bound.set_stated_max_error(9.5);
   bound.set_composed(true);
   return manifest;
@@ -72,6 +74,13 @@ TEST(Tables, ABoundHasNoRmse) {
   EXPECT_THAT(table, ContainsRegex("4\\.500 +0\\.000\n")) << "a measured 0 is a 0";
   EXPECT_THAT(table, ContainsRegex("9\\.500\\* +-\n"));
   EXPECT_THAT(table, HasSubstr("built on cpu"));
+}
+
+TEST(Tables, ALevelThatShowsNothingHasNoError) {
+  proto::Manifest hidden = manifest();
+  hidden.mutable_levels(1)->set_tiles(0);
+  hidden.mutable_levels(1)->clear_stated_max_error();
+  EXPECT_THAT(manifest_table(hidden), ContainsRegex("9\\.000 +-\\* +-\n"));
 }
 
 TEST(Tables, AStrategyIsNamedAndItsReasonBelowIt) {

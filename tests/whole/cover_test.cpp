@@ -1,9 +1,10 @@
 // What is well inside the data is shown: rims that run beside the sides of tiles, where a triangle on a long edge of a side had
-// the void for its third corner.
+// the void for its third corner. And where data is so narrow that none of it is well inside, the notes say so.
 #include <gmock/gmock.h>
 
 #include <cmath>
 
+#include "pipeline/store/levels_shown.h"
 #include "tests/whole/judge.h"
 
 namespace cordillera::whole {
@@ -31,6 +32,42 @@ TEST_P(Cover, is_whole_beside_sides) {
   const Built built = build_dem(points_of(corner, 560, 400, ragged()), options);
   EXPECT_THAT(judge_cover(built), IsEmpty());
   EXPECT_THAT(judge_plans(built), IsEmpty());
+  EXPECT_THAT(built.manifest.notes(), IsEmpty()) << "holes and outlines are no strips";
+}
+
+/// The share of the samples that a triangle of the level covers.
+double share_covered(const Built& built, int level) {
+  constexpr std::int64_t kStride = 3;
+  double all = 0, shown = 0;
+  for (std::int64_t j = built.samples.south; j < built.samples.south + built.samples.rows; j += kStride) {
+    for (std::int64_t i = built.samples.west; i < built.samples.west + built.samples.columns; i += kStride) {
+      if (!built.truth(i, j)) continue;
+      ++all;
+      shown += covered(built, level, i, j) ? 1 : 0;
+    }
+  }
+  return shown / all;
+}
+
+/// Of a survey along a line, in one block and in several with levels above them.
+TEST_P(Cover, of_a_narrow_band_is_told) {
+  const auto band = [ground = rough(23)](int c, int r) { return std::abs(r - 60 - 0.6 * c) < 4 ? 0.05 * ground(c, r) : kNoData; };
+  proto::BuildOptions options = with_error(20);
+  options.set_strategy(GetParam());
+  for (const std::int64_t block_samples : {std::int64_t{0}, 2 * kTile * kTile}) {
+    const Built built = build_dem(points_of(kCorner, 1300, 900, band), options, block_samples);
+    const auto last = pipeline::last_sparse_level(built.manifest);
+    ASSERT_TRUE(last);
+    EXPECT_THAT(built.manifest.notes(),
+                testing::ElementsAre(testing::StartsWith("levels 0 to " + std::to_string(*last) + " show less than half")));
+    EXPECT_LT(*last, built.lattice.finest_level - 1);
+    for (const proto::LevelSummary& level : built.manifest.levels()) {
+      const int z = static_cast<int>(level.level());
+      constexpr double kNear = 0.15;  // samples on edges of triangles stand for less than a cell
+      EXPECT_NEAR(level.shown_share(), share_covered(built, z), kNear) << z;
+      EXPECT_EQ(level.shown_share() < 0.5, z <= *last) << z;
+    }
+  }
 }
 INSTANTIATE_TEST_SUITE_P(whole, Cover, testing::Values("waves", "exact"));
 

@@ -27,12 +27,13 @@ std::string file_path(const proto::TileAddress& tile) {
 class Writer {
  public:
   /// up: from the file's own folder to the dataset's. query: of every link.
-  Writer(const StoreReader& store, std::string up, std::string_view query) : store_(store), up_(std::move(up)), query_(query) {}
+  Writer(const StoreReader& store, std::string up, std::string_view query)
+      : store_(store), errors_(store.manifest()), up_(std::move(up)), query_(query) {}
 
   /// A tile and what is below it, down to the next files. above_m: geometric error of the tile above, which is never less than
-  /// that of one without content.
+  /// that of one that does not stand for the data.
   Json tile(const TileExtent& node, int levels_left, double above_m) const {
-    const double error_m = node.content ? node.geometric_error_m : std::min(empty_error_m(store_.manifest()), above_m);
+    const double error_m = errors_.stands_for_data(node) ? errors_.of(node) : std::min(errors_.empty_m(), above_m);
     Json out = {{"boundingVolume", {{"region", node.region}}}, {"geometricError", error_m}};
     if (levels_left == 0) {
       out["content"] = {{"uri", link(file_path(node.tile))}};
@@ -63,18 +64,20 @@ class Writer {
   std::string link(const std::string& path) const { return (up_ + path).append(query_); }
 
   const StoreReader& store_;
+  const RefineErrors errors_;
   std::string up_;
   std::string_view query_;
 };
 
 /// The least that a tile above this one states.
 double error_above_m(const StoreReader& store, proto::TileAddress tile) {
+  const RefineErrors errors(store.manifest());
   while (tile.z > 0) {
     tile = tile.parent();
     const auto above = store.extents(tile.z, tile.x, tile.y, tile.x, tile.y);
-    if (!above.empty() && above[0].content) return above[0].geometric_error_m;
+    if (!above.empty() && errors.stands_for_data(above[0])) return errors.of(above[0]);
   }
-  return empty_error_m(store.manifest());
+  return errors.empty_m();
 }
 
 proto::Result<std::optional<Document>> top(const Terrain& terrain, const Place& place) {
@@ -99,7 +102,8 @@ proto::Result<std::optional<Document>> part(const Terrain& terrain, const Place&
   if (nodes.empty()) return std::optional<Document>();
   const Writer writer(terrain.store(), "../../../", *query);
   const TileExtent& first = nodes[0];
-  const double above_m = first.content ? first.geometric_error_m : error_above_m(terrain.store(), first.tile);
+  const RefineErrors errors(terrain.manifest());
+  const double above_m = errors.stands_for_data(first) ? errors.of(first) : error_above_m(terrain.store(), first.tile);
   return std::optional(document(writer.file(writer.tile(first, kLevels, above_m))));
 }
 

@@ -9,8 +9,9 @@ const Json kNumber = {{"type", "number"}}, kText = {{"type", "string"}};
 Json manifest() {
   Json made = schema_of_json(proto::Manifest());
   Json& members = made["properties"];
-  for (const char* error : {"stated_max_error", "rmse"}) {  // nobody has measured these of provisional tiles
-    Json& property = members["levels"]["items"]["properties"][error];
+  // Nobody has measured errors of provisional tiles; a level without tiles has no heights either.
+  for (const char* name : {"stated_max_error", "rmse", "min_height", "max_height"}) {
+    Json& property = members["levels"]["items"]["properties"][name];
     property = nullable(property);
   }
   for (Json* source : {&members["source"], &members["sources"]["items"]}) {
@@ -59,7 +60,7 @@ Json elevations() {
   point["orthometric_height"] = nullable(number("metres above the geoid; null without a geoid grid, too"));
   Json properties;
   properties["level"] = whole("of the meshes");
-  properties["stated_max_error"] = nullable(number("metres, of that level; null of provisional tiles"));
+  properties["stated_max_error"] = nullable(number("metres, of that level; null of provisional tiles, and where the level shows nothing"));
   properties["provisional"] = typed("boolean", "true: the build goes on, and these heights are of coarse tiles; else not there");
   properties["ellipsoid"] = kText;
   properties["geoid"] = nullable(text("null where no grid is installed"));

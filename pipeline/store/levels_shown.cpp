@@ -1,0 +1,37 @@
+#include "pipeline/store/levels_shown.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+constexpr double kEnough = 0.5;  // of what the finest level shows
+
+/// From the coarsest level on, the finest one that shows less than so much of it.
+std::optional<int> last_below(const proto::Manifest& manifest, double share) {
+  std::optional<int> last;
+  for (auto level = manifest.levels().rbegin(); level != manifest.levels().rend(); ++level) {
+    if (!level->has_shown_share() || level->shown_share() >= share) break;
+    last = static_cast<int>(level->level());
+  }
+  return last;
+}
+
+std::string levels_text(int first, int last) {
+  return first == last ? "level " + std::to_string(first) : "levels " + std::to_string(first) + " to " + std::to_string(last);
+}
+
+}  // namespace
+
+std::optional<int> last_sparse_level(const proto::Manifest& manifest) { return last_below(manifest, kEnough); }
+
+std::string note_on_sparse_levels(const proto::Manifest& manifest) {
+  constexpr double kHardlyAny = 0.001;
+  const auto last = last_sparse_level(manifest);
+  if (!last) return "";
+  const auto coarsest = static_cast<int>(manifest.levels().rbegin()->level());
+  const auto empty = last_below(manifest, kHardlyAny);
+  return levels_text(coarsest, *last) + (coarsest == *last ? " shows" : " show") + " less than half of the data" +
+         (!empty ? "" : *empty == *last ? ", and hardly any" : ", and " + levels_text(coarsest, *empty) + " hardly any") +
+         ": it lies in strips or spots narrower than two cells there, where rims may move by one";
+}
+
+}  // namespace cordillera::pipeline
