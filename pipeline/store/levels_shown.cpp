@@ -1,5 +1,7 @@
 #include "pipeline/store/levels_shown.h"
 
+#include "gpu/simplify.h"
+
 namespace cordillera::pipeline {
 namespace {
 
@@ -30,8 +32,11 @@ std::string note_on_sparse_levels(const proto::Manifest& manifest) {
   const auto coarsest = static_cast<int>(manifest.levels().rbegin()->level());
   const auto empty = last_below(manifest, kHardlyAny);
   return levels_text(coarsest, *last) + (coarsest == *last ? " shows" : " show") + " less than half of the data" +
-         (!empty ? "" : *empty == *last ? ", and hardly any" : ", and " + levels_text(coarsest, *empty) + " hardly any") +
-         ": it lies in strips or spots narrower than two cells there, where rims may move by one";
+         (!empty            ? ""
+          : *empty == *last ? ", and hardly any"
+                            : ", and " + levels_text(coarsest, *empty) + " hardly any") +
+         ": it lies in strips or spots narrower than two cells there, where rims may move by one" +
+         (manifest.options().strategy() == gpu::kExact ? "; strategy=waves keeps more of it" : "");
 }
 
 }  // namespace cordillera::pipeline

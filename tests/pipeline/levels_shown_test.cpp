@@ -27,7 +27,7 @@ struct Shown {
   proto::Manifest manifest;
   std::unique_ptr<faces::Terrain> terrain;
 
-  explicit Shown(const Shares& shares, bool provisional = false) {
+  explicit Shown(const Shares& shares, const proto::Manifest& blank = synthetic_manifest()) {
     const proto::TileAddress first{kFinest, 126, 80}, last{kFinest, 131, 85};
     auto writer = StoreWriter::open(folder / "a.db", synthetic_plan(kFinest));
     EXPECT_TRUE(writer.ok());
@@ -43,8 +43,6 @@ struct Shown {
       }
       EXPECT_TRUE((*writer)->commit(task).ok());
     }
-    proto::Manifest blank = synthetic_manifest();
-    blank.set_provisional(provisional);
     manifest = (*writer)->publish(blank).value();
     terrain = std::make_unique<faces::Terrain>(std::shared_ptr<const StoreReader>(StoreReader::open(folder / "a.db").value()));
   }
@@ -53,21 +51,28 @@ struct Shown {
 };
 
 using Notes = std::vector<std::string>;
+Notes notes_of(const Shares& shares) { return Shown(shares).notes(); }
 const std::string kWhy = ": it lies in strips or spots narrower than two cells there, where rims may move by one";
 
 TEST(LevelsShown, ThoseThatShowLessThanHalfAreNoted) {
-  EXPECT_EQ(Shown({}).notes(), Notes{});
-  EXPECT_EQ(Shown({{0, 0.51}, {1, 0.6}}).notes(), Notes{});
-  EXPECT_EQ(Shown({{0, 0.49}}).notes(), Notes{"level 0 shows less than half of the data" + kWhy});
-  EXPECT_EQ(Shown({{0, 0}}).notes(), Notes{"level 0 shows less than half of the data, and hardly any" + kWhy});
-  EXPECT_EQ(Shown({{0, 0}, {1, 0}, {2, 0.1}, {3, 0.4}, {4, 0.7}}).notes(),
+  EXPECT_EQ(notes_of({}), Notes{});
+  EXPECT_EQ(notes_of({{0, 0.51}, {1, 0.6}}), Notes{});
+  EXPECT_EQ(notes_of({{0, 0.49}}), Notes{"level 0 shows less than half of the data" + kWhy});
+  EXPECT_EQ(notes_of({{0, 0}}), Notes{"level 0 shows less than half of the data, and hardly any" + kWhy});
+  EXPECT_EQ(notes_of({{0, 0}, {1, 0}, {2, 0.1}, {3, 0.4}, {4, 0.7}}),
             Notes{"levels 0 to 3 show less than half of the data, and levels 0 to 1 hardly any" + kWhy});
-  EXPECT_EQ(Shown({{2, 0.1}}).notes(), Notes{}) << "seen from afar it is there";
+  EXPECT_EQ(notes_of({{2, 0.1}}), Notes{}) << "seen from afar it is there";
+  proto::Manifest exact = synthetic_manifest();
+  exact.mutable_options()->set_strategy("exact");
+  EXPECT_EQ(Shown(Shares{{0, 0.49}}, exact).notes(),
+            Notes{"level 0 shows less than half of the data" + kWhy + "; strategy=waves keeps more of it"});
 }
 
 TEST(LevelsShown, NothingIsSaidThatNobodyKnows) {
+  proto::Manifest blank = synthetic_manifest();
+  blank.set_provisional(true);
   const Shown old({{7, std::nullopt}, {1, 0.1}, {0, 0.1}}), partly({{2, std::nullopt}, {1, 0.1}, {0, 0.1}}),
-      provisional({{0, 0.1}}, true);
+      provisional({{0, 0.1}}, blank);
   EXPECT_EQ(old.notes(), Notes{});
   EXPECT_FALSE(old.manifest.levels(7).has_shown_share());
   EXPECT_EQ(partly.notes(), Notes{"levels 0 to 1 show less than half of the data" + kWhy});
@@ -101,15 +106,17 @@ TEST(LevelsShown, ViewersLookBelowThoseThatShowLittle) {
     }
   }
   std::map<int, std::vector<double>> by_level;
-  for (const Json& root : sparse.fetched("tileset-explicit.json")["root"]["children"]) gather(sparse, root, 0, by_level);
+  const Json explicit_one = sparse.fetched("tileset-explicit.json"), implicit_one = sparse.fetched("tileset.json");
+  for (const Json& root : explicit_one["root"]["children"]) gather(sparse, root, 0, by_level);
   for (int z = 0; z <= 4; ++z) EXPECT_EQ(std::ranges::min(by_level.at(z)), empty_m) << z;
   for (int z = 5; z <= kFinest; ++z) EXPECT_LT(std::ranges::min(by_level.at(z)), empty_m) << z;
-  for (const Json& root : sparse.fetched("tileset.json")["root"]["children"]) EXPECT_EQ(error_of(root), empty_m);
+  for (const Json& root : implicit_one["root"]["children"]) EXPECT_EQ(error_of(root), empty_m);
 }
 
 TEST(LevelsShown, ALevelWithoutTilesHasNoErrorAndNoHeights) {
   const Shown sparse({{0, 0}, {1, 0}});
-  for (const Json& level : sparse.fetched("layer.json")["cordillera"]["levels"])
+  const Json layer = sparse.fetched("layer.json");
+  for (const Json& level : layer["cordillera"]["levels"])
     EXPECT_EQ(level.contains("stated_max_error"), level["level"] >= 2) << level;
   const Json levels = Json::parse(manifest_json(sparse.manifest))["levels"];
   for (const Json& level : levels) {

@@ -60,7 +60,8 @@ Json elevations() {
   point["orthometric_height"] = nullable(number("metres above the geoid; null without a geoid grid, too"));
   Json properties;
   properties["level"] = whole("of the meshes");
-  properties["stated_max_error"] = nullable(number("metres, of that level; null of provisional tiles, and where the level shows nothing"));
+  properties["stated_max_error"] =
+      nullable(number("metres, of that level; null of provisional tiles, and where the level shows nothing"));
   properties["provisional"] = typed("boolean", "true: the build goes on, and these heights are of coarse tiles; else not there");
   properties["ellipsoid"] = kText;
   properties["geoid"] = nullable(text("null where no grid is installed"));
