@@ -34,9 +34,7 @@ Json schema() {
                   {"count", 6},
                   {"required", true}}},
                 {"geometric_error",
-                 {{"description",
-                   "Stated maximum error in metres; for tiles without content, and of levels that show less than half of the "
-                   "data, the error of showing nothing"},
+                 {{"description", "Stated maximum error in metres; for tiles without content the error of showing nothing"},
                   {"semantic", "TILE_GEOMETRIC_ERROR"},
                   {"type", "SCALAR"},
                   {"componentType", "FLOAT64"},

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/faces/tilejson.h"
+#include "pipeline/faces/web_mercator.h"
 #include "pipeline/store/levels_shown.h"
 #include "pipeline/tileset/implicit_tile.h"
 #include "pipeline/tileset/manifest_json.h"
@@ -123,6 +125,14 @@ TEST(LevelsShown, ALevelWithoutTilesHasNoErrorAndNoHeights) {
     for (const char* name : {"stated_max_error", "min_height", "max_height"})
       EXPECT_EQ(level[name].is_null(), level["level"] < 2) << name << level;
   }
+  const auto extent = faces::extent_of(sparse.manifest);
+  ASSERT_TRUE(extent);
+  const faces::Zooms zooms = faces::zooms_of(sparse.manifest, *extent);
+  for (int zoom = zooms.first; zoom <= zooms.last; ++zoom) {
+    const Json entry = faces::zoom_entry(sparse.manifest, *extent, zooms, zoom, 0);
+    EXPECT_EQ(entry["stated_max_error"].is_null(), entry["levels"].back() < 2) << entry;
+  }
+  EXPECT_TRUE(faces::zoom_entry(sparse.manifest, *extent, zooms, zooms.first, 0)["stated_max_error"].is_null());
   const auto again = parse_manifest_json(manifest_json(sparse.manifest));
   ASSERT_TRUE(again.ok());
   EXPECT_EQ(again->SerializeAsString(), sparse.manifest.SerializeAsString());

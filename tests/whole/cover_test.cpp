@@ -68,7 +68,7 @@ TEST_P(Cover, of_a_narrow_band_is_told) {
     }
     for (const proto::LevelSummary& level : built.manifest.levels()) {
       const int z = static_cast<int>(level.level());
-      constexpr double kNear = 0.15;  // samples on edges of triangles stand for less than a cell
+      constexpr double kNear = 0.25;  // rims that moved show ground beside the samples, too
       EXPECT_NEAR(level.shown_share(), share_covered(built, z), kNear) << z;
       EXPECT_EQ(level.shown_share() < 0.5, z <= last) << z;
     }
