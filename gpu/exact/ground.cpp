@@ -11,9 +11,8 @@ namespace {
 
 /// From the nearest square with has(its depth); kMost: farther than was looked.
 template <class Has>
-std::vector<std::uint16_t> squares_apart(const Ground& ground, const Has& has) {
+std::vector<std::uint16_t> squares_apart(const Ground& ground, const std::vector<Depth>& depths, const Has& has) {
   constexpr std::uint16_t kMost = 1 << 14;
-  const std::vector<Depth>& depths = ground.squares.depth;
   if (depths.empty()) return {};
   const auto across = static_cast<std::int32_t>(ground.across()), up = static_cast<std::int32_t>(ground.up());
   std::vector<std::uint16_t> apart(depths.size());
@@ -88,10 +87,10 @@ class Fan {
 }  // namespace
 
 std::vector<std::uint16_t> squares_to_valid(const Ground& ground) {
-  return squares_apart(ground, [](Depth depth) { return has_deep_valid(depth, -1); });
+  return squares_apart(ground, ground.squares.depth, [](Depth depth) { return has_deep_valid(depth, -1); });
 }
 std::vector<std::uint16_t> squares_to_void(const Ground& ground) {
-  return squares_apart(ground, [](Depth depth) { return has_deep_void(depth, -1); });
+  return squares_apart(ground, ground.squares.depth, [](Depth depth) { return has_deep_void(depth, -1); });
 }
 
 std::vector<Depth> joined_depths(const Ground& ground, int reach, std::span<const std::uint16_t> to_valid,
@@ -105,6 +104,24 @@ std::vector<Depth> joined_depths(const Ground& ground, int reach, std::span<cons
     depths[i] = static_cast<Depth>(nearer(depths[i] & 15, to_void[i]) | nearer(depths[i] >> 4, to_valid[i]) << 4);
   }
   return depths;
+}
+
+int reach_of_narrow_data(const Ground& ground, int least, int most) {
+  constexpr std::size_t kMostSquares = 1 << 17;  // of more of it coarse tiles would be too large
+  const auto has_data = [](Depth depth) { return has_deep_valid(depth, -1); };
+  const auto with_data = static_cast<std::size_t>(std::ranges::count_if(ground.squares.depth, has_data));
+  if (with_data == 0 || with_data > kMostSquares || least >= most) return most;
+  const std::vector<Depth> depths = joined_depths(ground, most, squares_to_valid(ground), squares_to_void(ground));
+  int reach = most;
+  // The rim of a void is 2^reach samples from what is deep in it.
+  const auto half_stays = [&] {
+    const auto apart = squares_apart(ground, depths, [reach](Depth depth) { return has_deep_void(depth, reach); });
+    std::size_t stays = 0;
+    for (std::size_t i = 0; i < depths.size(); ++i) stays += has_data(depths[i]) && 8 * apart[i] > 2 << reach ? 1 : 0;
+    return 2 * stays >= with_data;
+  };
+  while (reach > least && !half_stays()) --reach;
+  return reach;
 }
 
 proto::Result<RingMesh> ring_mesh(const BlockMesh& mesh, std::int32_t columns, std::int32_t rows) {

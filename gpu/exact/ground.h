@@ -18,6 +18,10 @@ std::vector<std::uint16_t> squares_to_void(const Ground& ground);
 std::vector<Depth> joined_depths(const Ground& ground, int reach, std::span<const std::uint16_t> to_valid,
                                  std::span<const std::uint16_t> to_void);
 
+/// The greatest reach, from `least` to `most`, by which rims may move so that half of the squares with data stay: those that are
+/// farther from voids so wide that no rim closes them. most, where voids are narrower than that, and where there are none.
+int reach_of_narrow_data(const Ground& ground, int least, int most);
+
 /// The ring-only mesh of a triangulation; on the host.
 struct RingMesh {
   std::vector<std::uint32_t> position, ring;  ///< as in MeshView

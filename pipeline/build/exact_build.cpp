@@ -12,6 +12,7 @@
 #include "pipeline/build/tile_output.h"
 #include "pipeline/finest/pixel_error.h"
 #include "pipeline/finest/side_vertices.h"
+#include "pipeline/plan/block_grid.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/tile/mesh_record.h"
 #include "pipeline/tile/tile_error.h"
@@ -48,6 +49,8 @@ class BlockBuild {
         asked_(levels_of_block(plan, node.z)),
         keeps_squares_(place.merged_above && merged_at_once(plan)) {
     if (keeps_squares_) asked_.known_reach = most_rim_reach(plan);
+    const bool is_all = !has_levels_above(plan) && std::ranges::count(place.sides, gpu::exact::SideKind::shared) == 0;
+    if (is_all) keep_narrow_data(places_of_data(samples), 0, asked_);
   }
 
   proto::Result<FinishedTask> run(ExactSimplifiers& simplifiers, const std::function<void(double)>& share) {
@@ -222,6 +225,7 @@ class AboveBuild {
         curve_(curve_of(plan, place_)),
         lattice_(lattice_of(plan)),
         above_(std::move(above)),
+        levels_(levels_above(plan, above_.ground)),
         known_(lattice_, above_.ground) {
     above_.ground.curve = curve_.rows;
     above_.ground.curve_up = curve_.up;
@@ -240,14 +244,14 @@ class AboveBuild {
 
  private:
   proto::Result<void> run_levels(ExactSimplifiers& simplifiers) {
-    return simplifiers.simplify_above(above_.ground, above_.start, levels_above(plan_), [&](std::size_t l, BlockMesh&& mesh) {
+    return simplifiers.simplify_above(above_.ground, above_.start, levels_, [&](std::size_t l, BlockMesh&& mesh) {
       if (l == 0) under_way_.clear();  // a lost device's
       finish(l, place_.west, std::move(mesh));
     });
   }
   /// The sides of a ground that closes stay as they are. So each level is cut where the one before was simplified.
   proto::Result<void> run_around(ExactSimplifiers& simplifiers) {
-    const gpu::exact::BlockPlan all = levels_above(plan_);
+    const gpu::exact::BlockPlan& all = levels_;
     const std::size_t levels = all.levels.size();
     const gpu::exact::Ground turned = levels > 1 ? half_turned(above_.ground) : gpu::exact::Ground();
     for (std::size_t l = 0; l < levels; ++l) {
@@ -287,6 +291,7 @@ class AboveBuild {
   const BlockCurve curve_;
   const proto::Lattice lattice_;
   Above above_;
+  const gpu::exact::BlockPlan levels_;
   const KnownGround known_;
   std::vector<std::future<std::vector<EncodedTile>>> under_way_;  ///< of levels; they borrow what is above
 };

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 #include <set>
 
@@ -137,6 +138,37 @@ TEST(HalfTurned, MeshesWhoseSidesDifferAreNotTaken) {
   gpu::exact::BlockMesh mesh = mesh_around(257, 65, 64);
   ++mesh.height[0];
   EXPECT_THROW(half_turned(mesh, 257), std::logic_error);
+}
+
+/// The reach that is left of 2^5 samples, of 2048 x 2048 samples with data where has_data says.
+template <class HasData>
+int reach_left(const HasData& has_data, int least = 0) {
+  constexpr std::int32_t kSide = 2048;
+  proto::Samples samples{.columns = kSide, .rows = kSide};
+  for (std::int32_t y = 0; y < kSide; ++y)
+    for (std::int32_t x = 0; x < kSide; ++x) samples.height.push_back(has_data(x, y) ? 0 : proto::kNoHeight);
+  gpu::exact::BlockPlan plan;
+  for (int l = 0; l < 9; ++l) plan.levels.emplace_back().rim_reach = l == 0 ? -1 : std::min(l, 5);
+  keep_narrow_data(places_of_data(samples), least, plan);
+  for (int l = 1; l < 9; ++l) EXPECT_EQ(plan.levels[l].rim_reach, std::min(l, plan.levels.back().rim_reach)) << l;
+  EXPECT_EQ(plan.levels[0].rim_reach, -1);
+  return plan.levels.back().rim_reach;
+}
+
+TEST(NarrowData, RimsMoveLessWhereItWouldGo) {
+  const auto band = [](int wide) { return [wide](int x, int y) { return std::abs(y - 300 - x / 2) <= wide / 2; }; };
+  EXPECT_EQ(reach_left(band(10)), 1);
+  EXPECT_EQ(reach_left(band(40)), 3);
+  EXPECT_EQ(reach_left(band(40), 4), 4) << "finer levels have moved them as far";
+  EXPECT_EQ(reach_left([](int x, int y) { return x % 100 < 9 && y % 100 < 9; }), 1) << "spots";
+}
+
+TEST(NarrowData, RimsOfOtherDataMoveAsTheyDid) {
+  EXPECT_EQ(reach_left([](int, int) { return true; }), 5);
+  EXPECT_EQ(reach_left([](int, int) { return false; }), 5);
+  EXPECT_EQ(reach_left([](int x, int y) { return x + y < 2048; }), 5) << "an outline";
+  EXPECT_EQ(reach_left([](int x, int y) { return std::hypot(x % 400 - 200, y % 400 - 200) > 60; }), 5) << "lakes";
+  EXPECT_EQ(reach_left([](int x, int y) { return x % 20 > 3 || y % 20 > 3; }), 5) << "small voids, which rims close";
 }
 
 }  // namespace

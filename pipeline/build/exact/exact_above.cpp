@@ -163,6 +163,14 @@ gpu::exact::BlockPlan levels_above(const proto::Plan& plan) {
   return levels;
 }
 
+gpu::exact::BlockPlan levels_above(const proto::Plan& plan, const Ground& all) {
+  gpu::exact::BlockPlan levels = levels_above(plan);
+  // What blocks left out is not to be had again.
+  const int least = levels_of_block(plan, static_cast<int>(plan.block_level())).levels.back().rim_reach;
+  keep_narrow_data(all, least, levels);
+  return levels;
+}
+
 float code_unit(const proto::Plan& plan) {
   constexpr double kShare = 1.0 / 512;
   return static_cast<float>(level_plan(plan, static_cast<int>(plan.block_level()) - 1).target() / proto::kHeightStep_m * kShare);

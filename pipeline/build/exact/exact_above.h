@@ -32,6 +32,8 @@ gpu::exact::BlockMesh half_turned(const gpu::exact::BlockMesh& mesh, std::int32_
 
 /// Levels of the plan above its blocks.
 gpu::exact::BlockPlan levels_above(const proto::Plan& plan);
+/// The same of all data: rims move less where otherwise less than half of it would be left.
+gpu::exact::BlockPlan levels_above(const proto::Plan& plan, const gpu::exact::Ground& all);
 /// What codes leave open for them, where they could tell more: see Ground. A 512th of the first one's target, which no height of
 /// the rasters changes: a block that stays as it is can be built on.
 float code_unit(const proto::Plan& plan);

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "gpu/exact/ground.h"
 #include "gpu/exact/side_chain.h"
 #include "gpu/measure/upright.h"
 #include "pipeline/build/exact/joined_mesh.h"
@@ -187,6 +188,26 @@ gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, int coarsest) {
     levels.levels.push_back(asked);
   }
   return levels;
+}
+
+void keep_narrow_data(const gpu::exact::Ground& all, int least, gpu::exact::BlockPlan& levels) {
+  const int reach = gpu::exact::reach_of_narrow_data(all, least, levels.levels.back().rim_reach);
+  for (gpu::exact::BlockLevel& level : levels.levels) level.rim_reach = std::min(level.rim_reach, reach);
+}
+
+gpu::exact::Ground places_of_data(const proto::Samples& samples) {
+  gpu::exact::Ground ground;
+  ground.columns = samples.columns, ground.rows = samples.rows;
+  ground.squares.depth.assign(ground.across() * ground.up(), gpu::exact::void_depth(gpu::exact::kFarthest));
+  for (std::int32_t y = 0; y < samples.rows; ++y) {
+    const std::int32_t* const row =
+        samples.height.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(samples.columns);
+    gpu::exact::Depth* const squares = ground.squares.depth.data() + static_cast<std::size_t>(y / 8) * ground.across();
+    for (std::int32_t x = 0; x < samples.columns; ++x) {
+      if (row[x] != proto::kNoHeight) squares[x / 8] = gpu::exact::valid_depth(gpu::exact::kFarthest);
+    }
+  }
+  return ground;
 }
 
 namespace {

@@ -41,6 +41,11 @@ int most_rim_reach(const proto::Plan& plan);
 
 /// Levels finest .. coarsest, each with its target less what rounding of .glb points and other programs' trigonometry may add.
 gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, int coarsest);
+/// Lets rims move less, but by 2^least samples, where otherwise less than half of the data would be left. all: of it; what is
+/// decided is a function of where it has data.
+void keep_narrow_data(const gpu::exact::Ground& all, int least, gpu::exact::BlockPlan& levels);
+/// A block that is all of the data, for that: where its squares have some.
+gpu::exact::Ground places_of_data(const proto::Samples& samples);
 /// See gpu::exact::Block.
 double sample_m(const proto::Plan& plan);
 
