@@ -5,6 +5,8 @@ const { BoundingSphere, Cartesian3, Cartographic, Color, HeadingPitchRange, Math
 // A phone has three pixels where a desk has one; nobody sees more than two, and each costs as much as the first.
 const kMostPixelsAPoint = 2;
 
+const kEarth = "Natural Earth II";
+
 export function make_globe() {
   // The default credit is the logo of a hosted service that this page does not use.
   Cesium.CreditDisplay.cesiumCredit = new Cesium.Credit('<a href="https://cesium.com/cesiumjs/" rel="noreferrer">CesiumJS</a>', true);
@@ -14,6 +16,7 @@ export function make_globe() {
   });
   widget.resolutionScale = Math.min(window.devicePixelRatio, kMostPixelsAPoint) / window.devicePixelRatio;
   const scene = widget.scene;
+  leave_out_copyrights_of_tiles(widget);
   scene.globe.baseColor = Color.fromCssColorString("#24384c");
   scene.globe.enableLighting = false;
   scene.globe.showGroundAtmosphere = true;
@@ -23,10 +26,21 @@ export function make_globe() {
   return widget;
 }
 
+// A tile's own copyright is text, and CesiumJS takes it for HTML: pictures in it would be fetched from anywhere. The tileset says the same as HTML.
+function leave_out_copyrights_of_tiles({ creditDisplay, scene: { primitives } }) {
+  const add = creditDisplay.addCreditToNextFrame.bind(creditDisplay);
+  const names = (tileset, html) => tileset.asset?.extras?.cesium?.credits?.some((credit) => credit.html === html);
+  creditDisplay.addCreditToNextFrame = (credit) => {
+    let named = credit.html === kEarth;
+    for (let k = 0; !named && k < primitives.length; ++k) named = names(primitives.get(k), credit.html);
+    if (named) add(credit);
+  };
+}
+
 // The whole Earth in three levels, as CesiumJS ships it: a backdrop, so a little darker and paler than the data.
 function natural_earth() {
   const layer = Cesium.ImageryLayer.fromProviderAsync(Cesium.TileMapServiceImageryProvider.fromUrl(Cesium.buildModuleUrl("Assets/Textures/NaturalEarthII"),
-    { credit: "Natural Earth II" }), {});
+    { credit: kEarth }), {});
   Object.assign(layer, { brightness: 0.95, saturation: 0.6 });
   return layer;
 }

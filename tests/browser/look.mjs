@@ -9,7 +9,7 @@ import { kTerrainAlone, open_dataset, with_browser } from "./browser.mjs";
 import { kSmall, try_bad_upload, try_cancel, try_draft, try_folder, try_imagery, try_keys, try_link, try_link_of_controls, try_looks, try_phone, try_pointer, try_profile, try_refusals, try_sample, try_snippets, try_upload } from "./controls.mjs";
 import { try_asleep, try_choice, try_deleted, try_interrupted, try_lazy, try_new_version } from "./following.mjs";
 import { try_live } from "./live.mjs";
-import { try_failed_uploads, try_folding, try_low_window } from "./panel.mjs";
+import { try_credits, try_failed_uploads, try_folding, try_low_window } from "./panel.mjs";
 import { try_relief, try_relief_of_folder } from "./relief.mjs";
 import { try_antimeridian, try_frame } from "./framing.mjs";
 import { try_viewshed } from "./viewshed.mjs";
@@ -133,6 +133,7 @@ async function use_controls(browser) {
   await page.close();
   await check_if(all, "controls: a phone, in light colours", () => try_phone(browser, given.url, given.terrain, `${given.pictures}/phone.png`));
   await check("welcome: an empty service opens the sample", () => try_sample(browser, given.empty));
+  await check("credits: an attribution is text, whatever it has of HTML", () => try_credits(browser, given.url, given.flat));
   await check_if(all, "imagery: pictures that a dataset names are its first look", () => try_imagery(browser, given.url, given.flat, given.terrain));
   let uploading;
   await check("upload: a GeoTIFF given to the page is shown", async () => { uploading = await try_upload(browser, given.url, given.raster); });

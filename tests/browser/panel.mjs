@@ -1,6 +1,9 @@
 // The page's panel: failed uploads apart and deletable, and small on a small window.
 import assert from "node:assert/strict";
 
+import { open_dataset, open_page, some_frames, tiles_loaded } from "./browser.mjs";
+import { kTiny } from "./controls.mjs";
+
 const share_of = (page) => page.evaluate(() => {
   const { width, height } = document.getElementById("panel").getBoundingClientRect();
   return (width * height) / (window.innerWidth * window.innerHeight);
@@ -18,6 +21,31 @@ export async function try_failed_uploads(page, url, [first, second]) {
   assert.equal((await page.request.get(`${url}/v1/datasets/${first}`)).status(), 404, "the server still has it");
   assert.equal(await page.textContent("#failed-count"), "1 upload failed");
   assert.ok(await page.$(`#failed-${second}`), "the other one is gone too");
+}
+
+// Whose the data is, is text: in the panel, and among the credits of CesiumJS, which takes them for HTML.
+export async function try_credits(browser, url, id) {
+  const words = `Hills & <b>Sons</b> <img src="${url}/nowhere.png">; nobody <nobody@example.org>`;
+  assert.equal((await fetch(`${url}/v1/datasets/${id}?attribution=${encodeURIComponent(words)}`, { method: "PATCH" })).status, 200);
+  const { page, complaints } = await open_dataset(browser, url, id, kTiny);
+  const open_credits = (of) => of.evaluate(() => document.querySelector(".cesium-credit-expand-link").click());
+  const read_credits = (of) => of.$$eval(".cesium-credit-lightbox li", (all) => all.map(({ textContent }) => textContent));
+  await open_credits(page);
+  await tiles_loaded(page);  // draws frames
+  const credits = await read_credits(page);
+  assert.ok(credits.includes(words), `it is not among the credits: ${credits.join(" | ")}`);
+  assert.deepEqual(credits.filter((one) => one !== words && one !== "Natural Earth II"), [], "it is there in pieces, too");
+  assert.equal(await page.textContent("#attribution"), words);
+  assert.deepEqual(complaints, [], "the browser complained");
+  await page.close();
+
+  const demo = await open_page(browser, `${url}/v1/datasets/${id}/demo/cesium.html`, { viewport: kTiny.viewport });
+  await demo.page.waitForFunction(() => document.body.dataset.tiles === "final");
+  await open_credits(demo.page);
+  await some_frames(demo.page);  // it draws all the time
+  assert.deepEqual([await read_credits(demo.page), await demo.page.textContent("#attribution")], [[], words]);
+  assert.deepEqual(demo.complaints, [], "the browser complained of the page for CesiumJS");
+  await demo.page.close();
 }
 
 export async function try_folding(page) {
