@@ -53,6 +53,16 @@ export function post(files, options, taken = () => {}) {
   };
 }
 
+// It is being deleted: what is heard of that is no news. Whether it was listened to.
+export function forget(id) {
+  const known = stops.has(id);
+  mine.delete(id);
+  stop_listening(id);
+  if (last?.id === id) over(last);
+  else if (id === shown && !last) show_progress(null);
+  return known;
+}
+
 function over(upload) {
   if (upload.id) { mine.delete(upload.id); stop_listening(upload.id); }
   if (upload !== last) return;

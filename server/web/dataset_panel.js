@@ -1,4 +1,6 @@
 // The page's words and controls: the list of datasets, what failed, what goes on, and what the manifest states about the one shown.
+import { words_of } from "./problem.js";
+
 const element = (id) => document.getElementById(id);
 
 export function say(text, kind = "") {
@@ -15,6 +17,14 @@ export function say_state(words, over_all = false) {
 }
 export const say_of_tool = (words) => say(words || state_words);
 
+// What is said of provisional tiles. lazy: blocks are made where people look.
+export function first_look_words({ provisional, done_blocks }, lazy) {
+  if (!provisional) return "";
+  const made = `${Math.floor(100 * (done_blocks?.share ?? 0))} %`;
+  return lazy ? `A first look: finer tiles are made where you look. ${made} of the terrain is made so far.`
+    : "A first look: finer tiles take its place when the build is done.";
+}
+
 // Words that are not true any more, unless something else has been said since.
 export const take_back = (words) => { if (element("message").textContent === words) say(state_words); };
 export function say_for(words, milliseconds) {
@@ -22,7 +32,7 @@ export function say_for(words, milliseconds) {
   setTimeout(() => take_back(words), milliseconds);
 }
 
-const label_of = (dataset) => dataset.title || dataset.name || dataset.id;
+export const label_of = (dataset) => dataset.title || dataset.name || dataset.id;
 // Of two with one name, the end of the id tells which is which.
 const labels_of = (datasets) => datasets.map((one) => {
   const label = label_of(one);
@@ -46,9 +56,8 @@ export function fill_dataset_list(datasets, on_choose) {
 
 function failed_item(dataset, on_delete) {
   const item = make("li", "", { id: `failed-${dataset.id}` });
-  const why = [dataset.error?.detail || "its build failed", dataset.error?.accepted && `Accepted: ${dataset.error.accepted}`];
   const button = make("button", "delete", { type: "button", onclick: () => on_delete(dataset.id) });
-  item.append(make("strong", label_of(dataset)), " ", button, make("p", why.filter(Boolean).join(". ")));
+  item.append(make("strong", label_of(dataset)), " ", button, make("p", words_of({ title: "its build failed", ...dataset.error })));
   return item;
 }
 
@@ -192,7 +201,7 @@ export function show_values() {
 export function on_controls(on) {
   for (const id of ["look", "imagery", "ramp"]) element(id).onchange = () => { show_values(); on.look(id); };
   for (const id of ["wireframe", "borders", "exaggeration", "detail"]) element(id).oninput = () => { show_values(); on.controls(); };
-  for (const id of ["home", "closer", "farther", "north", "measure", "look-around"]) element(id).onclick = on[id];
+  for (const id of ["home", "closer", "farther", "north", "measure", "look-around", "rename", "delete"]) element(id).onclick = on[id];
   element("link").onclick = () => copy_link(on.link());
   show_values();
 }
@@ -209,6 +218,11 @@ export function show_snippets(snippets) {
 const kDemos = { cesium: "CesiumJS", threejs: "three.js", deckgl: "deck.gl", maplibre: "MapLibre", openlayers: "OpenLayers", leaflet: "Leaflet", qgis: "QGIS" };
 export function show_demos(base) {
   element("demos").replaceChildren(...Object.entries(kDemos).map(([name, words]) => make("a", words, { href: `${base}/demo/${name}.html` })));
+}
+
+// Only of what lies in the service itself: what is mounted can neither be renamed nor deleted there.
+export function offer_changes(offered) {
+  for (const id of ["rename", "delete"]) element(id).hidden = !offered;
 }
 
 // A button that stays pressed.

@@ -1,11 +1,10 @@
 // What is to be posted, before it is: files, options, and what a build would make of them (a dry run).
 import { bring_up } from "./dataset_panel.js";
+import { field, kOptions, words_of } from "./problem.js";
 import { ask, refused } from "./token.js";
-import { post_address, post_body, unreadable, words_of } from "./upload.js";
+import { post_address, post_body, unreadable } from "./upload.js";
 
-const kOptions = ["error", "crs", "vertical_datum", "nodata", "voids", "imagery"];  // fields of the page, named for the service's options
 const element = (id) => document.getElementById(id);
-const field = (name) => element(`option-${name}`);
 
 // Those that somebody has filled in.
 export const chosen_options = () => Object.fromEntries(kOptions.map((name) => [name, field(name).value.trim()]).filter(([, value]) => value !== ""));

@@ -1,4 +1,5 @@
 // What the page asks the service: documents, and the list of datasets.
+import { words_of } from "./problem.js";
 import { ask, refused } from "./token.js";
 
 export const base_of = (id) => `v1/datasets/${encodeURIComponent(id)}`;
@@ -11,8 +12,19 @@ export async function fetch_json(url, patient = () => false) {
     await new Promise((then) => setTimeout(then, 1000 * wait_s));
     if (patient()) return fetch_json(url, patient);
   }
-  const body = await response.json().catch(() => ({}));
-  if (!response.ok) throw Object.assign(new Error(refused(response.status) || body.detail || body.title || `${url}: HTTP ${response.status}`), { status: response.status });
+  return answered(response, ({ detail, title }) => detail || title || `${url}: HTTP ${response.status}`);
+}
+
+// What is to change something. json: its body, if it has one.
+export async function send(method, url, json) {
+  const body = json && { headers: { "Content-Type": "application/json" }, body: JSON.stringify(json) };
+  const response = await ask(url, { method, ...body });
+  return answered(response, (problem) => words_of(problem, response.status));
+}
+
+async function answered(response, words) {
+  const body = await response.json().catch(() => ({})), { status } = response;
+  if (!response.ok) throw Object.assign(new Error(refused(status) || words(body)), { status });
   return body;
 }
 
@@ -26,4 +38,12 @@ export async function newest_datasets() {
     next = here.next && `v1/datasets${new URL(here.next, document.baseURI).search}`;  // its path is the public one
   }
   return datasets;
+}
+
+// Of tiles, as they came over the line. The browser's own account: entries are added up once.
+let bytes = 0;
+export function fetched_bytes() {
+  for (const entry of performance.getEntriesByType("resource")) if (entry.name.includes("/tiles/")) bytes += entry.encodedBodySize;
+  performance.clearResourceTimings();
+  return bytes;
 }

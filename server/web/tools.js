@@ -31,7 +31,7 @@ export class Tools {
       this.point_at(position);  // a finger does not hover
       this.on()?.take(this.pointed);
     }, LEFT_CLICK);
-    window.addEventListener("keydown", ({ key }) => { if (key === "Escape" && this.on()) this.stop(); });
+    window.addEventListener("keydown", ({ key }) => { if (key === "Escape" && this.on() && !document.querySelector("dialog[open]")) this.stop(); });
   }
 
   on() {

@@ -1,4 +1,5 @@
 // From a file on this machine to a dataset: the upload's progress, then the build's, as the server tells it.
+import { words_of } from "./problem.js";
 import { ask, listen, refused, show_token_to } from "./token.js";
 
 // Several files are one dataset: rasters, the first wins, and what lies beside a raster (.hdr, .prj). One alone is the body itself.
@@ -74,11 +75,6 @@ function parsed(text) {
   } catch {
     return {};
   }
-}
-
-export function words_of(problem, status) {
-  const detail = problem.detail || problem.title || `the server answers ${status}`;
-  return problem.accepted ? `${detail}. Accepted: ${problem.accepted}` : detail;
 }
 
 // What lies in folders and is no part of a dataset. Why it is left out, or undefined.

@@ -1,5 +1,6 @@
 // The viewer: one dataset's tileset on a globe. Every address is relative, so a path prefix or a proxy changes nothing.
 import * as builds from "./builds.js";
+import { delete_dataset, is_to_go, rename } from "./change.js";
 import * as panel from "./dataset_panel.js";
 import { Draft } from "./draft.js";
 import {
@@ -12,11 +13,11 @@ import { kPictures, kShadedRelief, Looks } from "./looks.js";
 import { is_loaded, preloaded } from "./preload.js";
 import { News } from "./news.js";
 import { hide_welcome, show_welcome } from "./sample.js";
-import { base_of, fetch_json, newest_datasets } from "./service.js";
+import { base_of, fetched_bytes, fetch_json, newest_datasets } from "./service.js";
 import { SeaLevel } from "./sea_level.js";
 import { snippets_for } from "./snippets.js";
 import { relief_light, tint_stops } from "./terrain_style.js";
-import { ask, asked_by_cesium, refused, take_token } from "./token.js";
+import { ask, asked_by_cesium, take_token } from "./token.js";
 import { Tools } from "./tools.js";
 import { take_files } from "./upload.js";
 
@@ -35,13 +36,7 @@ function report(error) {
   if (error.silent) news.wait();
 }
 
-const made_so_far = ({ done_blocks }) => `${Math.floor(100 * (done_blocks?.share ?? 0))} %`;
-function first_look() {
-  if (!page.manifest.provisional) return "";
-  if (wanted.lazy) return `A first look: finer tiles are made where you look. ${made_so_far(page.manifest)} of the terrain is made so far.`;
-  return "A first look: finer tiles take its place when the build is done.";
-}
-
+const first_look = () => panel.first_look_words(page.manifest, wanted.lazy);
 const home = () => (page.manifest ? fly_home(page.scene, page.manifest.bounds, panel.share_beside()) : show_earth(page.scene.camera));
 
 // on: the page, or a tileset that is still to be shown, with its looks.
@@ -186,8 +181,9 @@ async function open_dataset(id, words) {
   const turn = ++showing;
   Object.assign(wanted, { id, version: undefined });
   panel.select_dataset(id);
-  const { state, provisional, asleep, version, build } = await fetch_json(base_of(id));
+  const { state, provisional, asleep, version, build, links } = await fetch_json(base_of(id));
   if (turn !== showing) return;
+  panel.offer_changes(!version || Boolean(links.version));  // what is mounted has one version, without an address
   Object.assign(wanted, { version, lazy: build === "lazy" });
   const building = state === "queued" || state === "running";
   builds.look_at(id, building);
@@ -229,15 +225,27 @@ async function list_datasets() {
   page.datasets = await newest_datasets();
   panel.fill_dataset_list(page.datasets, choose);
   panel.select_dataset(wanted.id);
-  panel.fill_failed_list(page.datasets, (id) => delete_failed(id).catch(report));
+  panel.fill_failed_list(page.datasets, (id) => delete_dataset(id).then(list_datasets).catch(report));
 }
 
-// Removes a failed dataset from the server, then from the page.
-async function delete_failed(id) {
-  const response = await ask(base_of(id), { method: "DELETE" });
-  // Somebody else may have been quicker: then it is gone as well.
-  if (!response.ok && response.status !== 404) throw new Error(refused(response.status) ?? `${id} could not be deleted: HTTP ${response.status}`);
+// What is chosen is deleted, once somebody has said so twice.
+async function remove() {
+  const { id } = wanted, label = panel.label_of(page.datasets.find((one) => one.id === id) ?? { id });
+  if (!id || !(await is_to_go(label))) return;
+  const listened = builds.forget(id);
+  await delete_dataset(id).catch((error) => {
+    if (listened && id === wanted.id) open(id);  // it goes on
+    throw error;
+  });
+  await leave(id, `“${label}” is deleted.`);
+}
+
+// What is shown, and has a title there.
+async function give_title() {
+  const { id, manifest } = page;
+  if (!(await rename(id, panel.label_of(manifest)))) return;
   await list_datasets();
+  if (id === wanted.id) await open(id, "It has another title now.");
 }
 
 // To what was posted here, unless somebody has chosen something else since.
@@ -249,17 +257,20 @@ function go_to(id) {
 }
 
 const can_be_seen = ({ state, provisional }) => state === "ready" || provisional;
+const first_of = (datasets) => datasets.find(can_be_seen) ?? datasets.find(({ state }) => state !== "failed");
 
-// It is deleted, so what was looked at before takes its place, or what there is.
-async function leave(id) {
+// It is deleted, so what there is takes its place. back_to: if there still is such a one.
+async function leave(id, words, back_to = null) {
   if (!id || id !== wanted.id) return list_datasets();
   ++showing;  // it may be on its way
   Object.assign(wanted, { id: null, version: undefined });
   write_link({ dataset: null });  // nobody can go back to it
   await list_datasets();
-  const back = page.datasets.find((one) => one.id === before) ?? page.datasets.find(can_be_seen), words = "Its build was cancelled, and it is deleted.";
+  const back = page.datasets.find((one) => one.id === back_to) ?? first_of(page.datasets);
+  if (!back || !can_be_seen(back)) clear();
   if (back) return choose(back.id, words);
-  clear();
+  offer_sample();
+  document.getElementById("sample").focus();  // the button that had it is gone
   return panel.say_state(words, true);
 }
 
@@ -272,12 +283,11 @@ function clear() {
   hide_legend();
   panel.hide_manifest();
   home();
-  offer_sample();
 }
 const offer_sample = () => show_welcome((file) => { hide_welcome(); builds.post([file], {}); }, report);
 
 const on_builds = {
-  cancelled: (id) => leave(id).catch(report),
+  cancelled: (id) => leave(id, "Its build was cancelled, and it is deleted.", before).catch(report),
   lazy: (id, is_lazy) => {
     if (wanted.lazy === is_lazy) return;
     wanted.lazy = is_lazy;
@@ -321,14 +331,6 @@ function write_place() {
   if (page.manifest && page.id === wanted.id) write_link({ dataset: wanted.id, camera: camera_numbers(page.scene.camera) });
 }
 
-// Of tiles, as they came over the line. The browser's own account: entries are added up once.
-let bytes = 0;
-function fetched_bytes() {
-  for (const entry of performance.getEntriesByType("resource")) if (entry.name.includes("/tiles/")) bytes += entry.encodedBodySize;
-  performance.clearResourceTimings();
-  return bytes;
-}
-
 const kCloser = 0.6;
 const on_page = {
   // Another look has other colours.
@@ -350,6 +352,7 @@ const on_page = {
   closer: () => zoom(page.widget, page.tileset, kCloser), farther: () => zoom(page.widget, page.tileset, 1 / kCloser),
   north: () => face_north(page.widget, page.tileset),
   measure: () => tools.toggle(page.profile), "look-around": () => tools.toggle(page.viewshed),
+  rename: () => give_title().catch(report), delete: () => remove().catch(report),
 };
 
 const tools = new Tools(page, report);
@@ -384,7 +387,7 @@ async function start() {
   const listed = list_datasets();
   if (wanted.id) listed.catch(report);
   else await listed;
-  const id = wanted.id || (page.datasets.find(can_be_seen) ?? page.datasets.find(({ state }) => state !== "failed"))?.id;
+  const id = wanted.id || first_of(page.datasets)?.id;
   if (!id) return offer_sample();
   const [longitude, latitude] = (named("seen_from") ?? "").split(",").map(Number);  // before another dataset's is forgotten
   await open(id);

@@ -61,6 +61,12 @@ export async function try_draft(page, url, raster) {
   await page.fill("#option-error", "77");
   await page.press("#option-error", "Enter");
   await said("at most 77 m off");
+  await page.fill("#option-nodata", "none");
+  await page.press("#option-nodata", "Enter");
+  await said("nodata='none'.* On this page: “No data”, under ");
+  await page.fill("#option-nodata", "");
+  await page.press("#option-nodata", "Enter");
+  await said("at most 77 m off");
   await page.click("#build");
   assert.equal(await page.isVisible("#draft"), false, "what is posted is still to be built");
   await page.waitForFunction((wanted) => document.querySelectorAll("#datasets option").length === wanted, before + 1);
@@ -97,12 +103,22 @@ export async function try_imagery(browser, url, id, other) {
   await page.close();
 }
 
+// One that does not say where it lies: the service asks for a word of its query, and the page says which of its fields that is.
+async function try_lost_raster(page) {
+  const rows = "1 2 3 4\n".repeat(4), text = `ncols 4\nnrows 4\nxllcorner 500000\nyllcorner 5000000\ncellsize 30\n${rows}`;
+  await page.setInputFiles("#file", { name: "lost.asc", mimeType: "text/plain", buffer: Buffer.from(text) });
+  const field = /Accepted: .*crs=.*On this page: “CRS”, under “Options, with an estimate first”$/;
+  await page.waitForFunction((wanted) => new RegExp(wanted).test(document.getElementById("message").textContent), field.source);
+  await page.waitForFunction((wanted) => [...document.querySelectorAll("#failed-list p")].some(({ textContent }) => new RegExp(wanted).test(textContent)), field.source);
+}
+
 // A raster that is none: the reason, in the page.
 export async function try_bad_upload(page, file) {
   await page.setInputFiles("#file", file);
   await page.waitForFunction(() => document.getElementById("message").className === "problem");
   const words = await page.textContent("#message");
   assert.match(words, /Accepted: .*GeoTIFF/, `what would be accepted is not said: ${words}`);
+  await try_lost_raster(page);
   await page.setViewportSize({ width: 390, height: 740 });  // a phone, where legend and scale stand above the words
   if (await page.isVisible("#body")) await page.click("#fold");
   await page.waitForFunction(() => {

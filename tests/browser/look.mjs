@@ -7,6 +7,7 @@ import { parseArgs } from "node:util";
 
 import { kTerrainAlone, open_dataset, with_browser } from "./browser.mjs";
 import { kSmall, try_bad_upload, try_cancel, try_draft, try_folder, try_imagery, try_keys, try_link, try_link_of_controls, try_looks, try_phone, try_pointer, try_profile, try_refusals, try_sample, try_snippets, try_upload } from "./controls.mjs";
+import { try_delete, try_delete_of_last, try_mounted, try_rename } from "./change.mjs";
 import { try_asleep, try_choice, try_deleted, try_interrupted, try_lazy, try_new_version } from "./following.mjs";
 import { try_live } from "./live.mjs";
 import { try_credits, try_failed_uploads, try_folding, try_low_window } from "./panel.mjs";
@@ -135,6 +136,12 @@ async function use_controls(browser) {
   await check("welcome: an empty service opens the sample", () => try_sample(browser, given.empty));
   await check("credits: an attribution is text, whatever it has of HTML", () => try_credits(browser, given.url, given.flat));
   await check_if(all, "imagery: pictures that a dataset names are its first look", () => try_imagery(browser, given.url, given.flat, given.terrain));
+  await check("delete: of the only dataset leaves the empty service", () => try_delete_of_last(browser, given.empty));
+  await check("rename, delete: a dialog says what becomes of the dataset that is shown, by keys alone", async () => {
+    const changing = await try_rename(browser, given.url, given.raster);
+    await try_delete(changing, given.url);
+  });
+  await check("rename, delete: are not there for a folder", () => try_mounted(browser, given.url, given.folder));
   let uploading;
   await check("upload: a GeoTIFF given to the page is shown", async () => { uploading = await try_upload(browser, given.url, given.raster); });
   await check_if(all, "upload: options, with an estimate first, and two rasters as one dataset", () => try_draft(uploading, given.url, given.raster));

@@ -1,0 +1,93 @@
+// What somebody does to a dataset of the page: another title, or its end. All of it by keys, as somebody does who sees no pointer.
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+
+import { open_dataset, open_page, tiles_loaded } from "./browser.mjs";
+import { kSmall, kTiny } from "./controls.mjs";
+
+const said = (page, words) => page.waitForFunction((wanted) => new RegExp(wanted).test(document.getElementById("message").textContent), words);
+const focused = (page) => page.evaluate(() => document.activeElement.id || document.activeElement.value);
+const listed = (page) => page.$$eval("#datasets option", (options) => options.map(({ value, textContent }) => [value, textContent]));
+const title_of = async (url, id) => (await (await fetch(`${url}/v1/datasets/${id}`)).json()).title;
+
+// Its dialog, by the name that a screen reader says.
+async function open_dialog(page, button, name) {
+  await page.focus(button);
+  await page.keyboard.press("Enter");
+  const dialog = page.getByRole("dialog", { name });
+  await dialog.waitFor();
+  return dialog;
+}
+
+// A dataset of its own has another title, in the page, in its list and in the service. Gives the page.
+export async function try_rename(browser, url, raster) {
+  const { id } = await (await fetch(`${url}/v1/datasets?name=hills.tif`, { method: "POST", body: readFileSync(raster), headers: { Prefer: "wait" } })).json();
+  const { page, complaints } = await open_dataset(browser, url, id, kSmall);
+  await page.click("#fold");
+  await open_dialog(page, "#rename", "Rename this dataset");
+  assert.deepEqual([await focused(page), await page.inputValue("#new-title")], ["new-title", "hills.tif"]);
+  await page.fill("#new-title", "Nobody wants this");
+  await page.keyboard.press("Escape");
+  assert.equal(await focused(page), "rename", "the keys begin elsewhere after the dialog");
+  await open_dialog(page, "#rename", "Rename this dataset");
+  await page.fill("#new-title", "Green hills");
+  await page.keyboard.press("Enter");
+  await page.waitForFunction(() => document.getElementById("title").textContent === "Green hills");
+  await said(page, "^It has another title now");
+  assert.deepEqual((await listed(page)).filter(([one]) => one === id), [[id, "Green hills"]]);
+  assert.equal(await title_of(url, id), "Green hills");
+  assert.deepEqual(complaints, [], "the browser complained");
+  return page;
+}
+
+// The dataset that the page shows is deleted, once somebody has said so, and another one is shown.
+export async function try_delete(page, url) {
+  const id = await page.evaluate(() => window.cordillera.id), open = () => open_dialog(page, "#delete", "Delete “Green hills”?");
+  await page.click("#measure");
+  const dialog = await open();
+  const described = await page.evaluate((one) => document.getElementById(one).textContent, await dialog.getAttribute("aria-describedby"));
+  assert.match(described, /tiles, all of its versions and .* raster are removed.*cannot be undone/, "what goes is not said");
+  await page.keyboard.press("Escape");
+  assert.equal(await page.getAttribute("#measure", "aria-pressed"), "true", "a key for the dialog ends a tool");
+  assert.equal(await focused(page), "delete", "the keys begin elsewhere after the dialog");
+  await open();
+  assert.equal(await focused(page), "keep", "Enter deletes it");
+  await page.keyboard.press("Enter");
+  await dialog.waitFor({ state: "hidden" });
+
+  const confirm = async () => { await open(); await page.keyboard.press("Tab"); await page.keyboard.press("Enter"); };
+  const refusal = { type: "urn:cordillera:problem:role-too-low", detail: "the token 'reader' has the role read; this takes write", accepted: "a token with the role write" };
+  await page.route(`${url}/v1/datasets/${id}`, (route) => route.fulfill({ status: 403, json: refusal }), { times: 1 });
+  await confirm();
+  await said(page, `^${refusal.detail}. Accepted: ${refusal.accepted}$`);
+  assert.equal(await title_of(url, id), "Green hills", "it is deleted although nobody, or nobody who may, has said so");
+  await confirm();
+  await said(page, "^“Green hills” is deleted");
+  assert.equal((await fetch(`${url}/v1/datasets/${id}`)).status, 404, "the server still has it");
+  const shown = await page.evaluate(() => window.cordillera.id);
+  assert.ok((await listed(page)).every(([one]) => one !== id), "the page still offers it");
+  assert.deepEqual([new URL(page.url()).searchParams.get("dataset"), await page.inputValue("#datasets")], [shown, shown]);
+  assert.notEqual(shown, id);
+  await page.close();
+}
+
+// Where there is no other one, the page is that of an empty service.
+export async function try_delete_of_last(browser, url) {
+  const { page, complaints } = await open_page(browser, url, kTiny);
+  await tiles_loaded(page);  // tiles that are on their way would be missed
+  await page.evaluate(() => document.getElementById("delete").click());  // the panel is folded
+  await page.click("#deleting .danger");
+  await page.waitForSelector("#welcome:not([hidden])");
+  await said(page, "is deleted");
+  assert.deepEqual(await page.evaluate(() => [window.cordillera.tileset, document.getElementById("choice").hidden, document.activeElement.id]), [null, true, "sample"]);
+  assert.equal(new URL(page.url()).searchParams.get("dataset"), null);
+  assert.deepEqual(complaints, [], "the browser complained");
+  await page.close();
+}
+
+// A folder of finished tiles is only read.
+export async function try_mounted(browser, url, id) {
+  const { page } = await open_dataset(browser, url, id, kTiny);
+  assert.deepEqual(await page.evaluate(() => ["rename", "delete"].map((one) => document.getElementById(one).hidden)), [true, true]);
+  await page.close();
+}
