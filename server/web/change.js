@@ -7,7 +7,8 @@ const element = (id) => document.getElementById(id);
 function answer_of(dialog) {
   dialog.returnValue = "";
   dialog.showModal();
-  return new Promise((then) => dialog.addEventListener("close", () => then(dialog.returnValue), { once: true }));
+  // The event comes a little later: that of an answer before may come while the dialog is open again.
+  return new Promise((then) => { dialog.onclose = () => { if (!dialog.open) then(dialog.returnValue); }; });
 }
 
 // Whether somebody wants it to go.

@@ -228,9 +228,11 @@ async function list_datasets() {
   panel.fill_failed_list(page.datasets, (id) => delete_dataset(id).then(list_datasets).catch(report));
 }
 
+const label_of_wanted = () => panel.label_of(page.datasets.find(({ id }) => id === wanted.id) ?? { id: wanted.id });
+
 // What is chosen is deleted, once somebody has said so twice.
 async function remove() {
-  const { id } = wanted, label = panel.label_of(page.datasets.find((one) => one.id === id) ?? { id });
+  const { id } = wanted, label = label_of_wanted();
   if (!id || !(await is_to_go(label))) return;
   const listened = builds.forget(id);
   await delete_dataset(id).catch((error) => {
@@ -240,10 +242,9 @@ async function remove() {
   await leave(id, `“${label}” is deleted.`);
 }
 
-// What is shown, and has a title there.
 async function give_title() {
-  const { id, manifest } = page;
-  if (!(await rename(id, panel.label_of(manifest)))) return;
+  const { id } = wanted;
+  if (!id || !(await rename(id, label_of_wanted()))) return;
   await list_datasets();
   if (id === wanted.id) await open(id, "It has another title now.");
 }
