@@ -87,6 +87,22 @@ export async function try_delete_of_last(browser, url) {
   await page.close();
 }
 
+// One that is being built: that its events end with an error is no news to whoever has deleted it.
+export async function try_delete_of_unfinished(browser, url, id) {
+  const { page } = await open_page(browser, `${url}/?dataset=${id}`, kTiny);
+  await said(page, "made where you look");
+  await page.evaluate(() => {
+    window.said = [];
+    new MutationObserver(([{ target }]) => window.said.push(target.textContent)).observe(document.getElementById("message"), { childList: true });
+    document.getElementById("delete").click();  // the panel is folded
+  });
+  await page.click("#deleting .danger");
+  await said(page, "is deleted");
+  assert.deepEqual(await page.evaluate(() => window.said.filter((words) => !/is deleted|made where you look/.test(words))), []);
+  assert.equal((await fetch(`${url}/v1/datasets/${id}`)).status, 404);
+  await page.close();
+}
+
 // A folder of finished tiles is only read.
 export async function try_mounted(browser, url, id) {
   const { page } = await open_dataset(browser, url, id, kTiny);

@@ -7,7 +7,7 @@ import { parseArgs } from "node:util";
 
 import { kTerrainAlone, open_dataset, with_browser } from "./browser.mjs";
 import { kSmall, try_bad_upload, try_cancel, try_draft, try_folder, try_imagery, try_keys, try_link, try_link_of_controls, try_looks, try_phone, try_pointer, try_profile, try_refusals, try_sample, try_snippets, try_upload } from "./controls.mjs";
-import { try_delete, try_delete_of_last, try_mounted, try_rename } from "./change.mjs";
+import { try_delete, try_delete_of_last, try_delete_of_unfinished, try_mounted, try_rename } from "./change.mjs";
 import { try_asleep, try_choice, try_deleted, try_interrupted, try_lazy, try_new_version } from "./following.mjs";
 import { try_live } from "./live.mjs";
 import { try_credits, try_failed_uploads, try_folding, try_low_window } from "./panel.mjs";
@@ -158,6 +158,7 @@ await with_browser(given.chromium, async (browser) => {
   await check("choice: it stays when the build of another one is done", () => still_chosen());
   await check("lazy: says how much is made, and sharpens where somebody looks", () => try_lazy(browser, given["lazy-url"], given.lazy));
   await check("lazy: is listened to again after a proxy has answered for the service", () => try_interrupted(browser, given["lazy-url"], given.lazy));
+  await check("delete: of what is being built is told as such", () => try_delete_of_unfinished(browser, given["lazy-url"], given.lazy));
   await check("asleep: is woken by whoever opens it", () => try_asleep(browser, given.url, given.terrain));
   await check("deleted, or not answered for: is said of the dataset that is shown", () => try_deleted(browser, given.url, given.raster));
   await check("relief: shaded from normal maps, as the service's picture is", () => try_relief(browser, given.url, given.terrain));
