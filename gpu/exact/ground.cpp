@@ -121,7 +121,7 @@ int reach_of_narrow_data(const Ground& ground, int least, int most) {
     return 2 * stays >= with_data;
   };
   while (reach > least && !half_stays()) --reach;
-  return reach;
+  return reach == 1 ? least : reach;  // squares of 8 samples do not tell what a rim that moves by two would leave
 }
 
 proto::Result<RingMesh> ring_mesh(const BlockMesh& mesh, std::int32_t columns, std::int32_t rows) {

@@ -26,8 +26,8 @@ struct EcefSteps {
   double coarsest_m = 0;  ///< and of all others
   double middle_m = 0;    ///< a height above the ellipsoid
   double near_m = INFINITY;
-  double near_pole_m = 0;  ///< half of finest_m of points no farther from a pole at the middle height, a quarter to half of that,
-                           ///< and so on to a 64th
+  double near_pole_m = 0;  ///< half of finest_m of points nearer to a pole at the middle height, a quarter to half of that, and
+                           ///< so on to a 64th of coarsest_m
 
   EcefSteps() = default;
   /// One step at all heights.
@@ -45,16 +45,15 @@ struct EcefSteps {
   /// The step of a point at that height.
   CORDILLERA_HD double at(const proto::Vec3& p, double height_m) const {
     const double upright = (p.z < 0 ? -p.z : p.z) - (proto::kSemiMinor_m + middle_m),
-                 apart2 = p.x * p.x + p.y * p.y + upright * upright;
-    if (apart2 > near_pole_m * near_pole_m) return between(height_m, height_m);
-    double step = finest_m / 2, reach = near_pole_m / 2;
-    for (int halved = 1; halved < kMostHalved && apart2 <= reach * reach; ++halved) step /= 2, reach /= 2;
-    return step;
+                 apart2 = p.x * p.x + p.y * p.y + upright * upright, least = coarsest_m / kFinerAtPole;
+    double step = finest_m;
+    for (double reach = near_pole_m; apart2 < reach * reach && step / 2 >= least; reach /= 2) step /= 2;
+    return step < finest_m ? step : between(height_m, height_m);
   }
   CORDILLERA_HD proto::Vec3 rounded(const proto::Vec3& p, double height_m) const { return round_to(p, at(p, height_m)); }
 
  private:
-  static constexpr int kMostHalved = 6;  // Draco fails at 2^30 steps from one end of a tile to the other
+  static constexpr int kFinerAtPole = 64;  // a tile may span 2^23 of the coarsest steps, and Draco fails at 2^30 of the smallest
 };
 
 }  // namespace cordillera::gpu

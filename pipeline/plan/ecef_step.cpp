@@ -86,7 +86,8 @@ void set_ecef_steps(const proto::Plan& plan, proto::LevelPlan& level) {
   }
   // A tile of level 0 reaches from pole to pole, which is too many of the smallest steps.
   if (!plan.exact() || !reaches_pole(plan) || level.level() == 0) return;
-  level.set_near_pole(level.ecef_step() * kMostSteps);
+  constexpr double kRoom = 15.0 / 16;  // for what a tile's translation is rounded by
+  level.set_near_pole(level.ecef_step() * kMostSteps * kRoom);
   if (level.coarsest_ecef_step() == 0) level.set_middle_height(kPoleHeight_m * std::rint(middle_m / kPoleHeight_m));
 }
 

@@ -12,7 +12,7 @@
 namespace cordillera::pipeline {
 
 /// Of plans and of what their tasks leave, which fits together within a format alone.
-inline constexpr unsigned kPlanFormat = 7;
+inline constexpr unsigned kPlanFormat = 8;
 
 /// Finest samples a block may have: what one block task holds in memory, 5 bytes each.
 inline constexpr std::int64_t kBlockSamples = std::int64_t{4097} * 4097;

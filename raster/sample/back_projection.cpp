@@ -25,7 +25,7 @@ constexpr int kBoundedRounds = kRounds * 2 / 3;
 constexpr double kWallCells = 5;
 // Beside a pole columns are a millimetre apart, and a sample that moves alone is a needle. Points of tiles are rounded to a 500th
 // of such a column there, which on a needle of this slope is a tenth of the usual target: no sample moves farther than so many
-// times a column's width. Elsewhere that is kilometres.
+// times a column's width. Where columns are as wide as pixels that is far more than ground asks for.
 constexpr double kMostSlope = 4096;
 // Each vertex takes its share of a residual divided by the number of pixels that move it (component averaging: Censor, Gordon and
 // Gordon 2001). So it converges for any pixels and any step below 2; this one leaves a tenth a round where pixels share no

@@ -28,11 +28,11 @@ using testing::synthetic_mesh;
 struct Spiked {
   static constexpr std::int32_t kCells = 32;
   const Lattice lattice{17};
-  const TileAddress address{17, 139000, 100000};
-  const gpu::EcefSteps steps{std::ldexp(1, -12), std::ldexp(1, -8), 900, 512};
+  const TileAddress address;
+  const gpu::EcefSteps steps{std::ldexp(1, -12), std::ldexp(1, -8), 900, 512, 480};
   TileMesh mesh = synthetic_mesh(lattice, address, kCells, hills());
 
-  Spiked() {
+  explicit Spiked(std::int32_t y = 100000) : address{17, 139000, y} {
     const auto height = [&](std::int32_t x, std::int32_t y) -> std::int32_t& {
       return mesh.height[static_cast<std::size_t>(y * (kCells + 1) + x)];
     };
@@ -92,7 +92,7 @@ struct AtPole {
     const Vec3 p = point(v);
     const double apart_m = std::hypot(p.x, p.y, p.z - proto::kSemiMinor_m - 500);
     double step = 8;
-    for (double reach = 0x1p22; apart_m <= reach && step > 0.125; reach /= 2) step /= 2;
+    for (double reach = 0x1p22; apart_m < reach && step > 0.125; reach /= 2) step /= 2;
     return step;
   }
 };
@@ -118,6 +118,27 @@ TEST(EncodeGlb, PointsBesideAPoleAreMultiplesOfSmallerSteps) {
   }
   EXPECT_EQ(expected, decoded);
   EXPECT_EQ(steps.size(), 7U) << "from 8 m to an eighth";
+}
+
+// The smallest steps would be too many from a spike's foot to its top.
+TEST(EncodeGlb, PointsFarBelowAndAboveAPoleAreMultiplesOfGreaterSteps) {
+  const Spiked spiked(131071);
+  const auto glb = decode_glb(encode_glb(spiked.input()));
+  ASSERT_TRUE(glb.ok()) << glb.problem().detail;
+  std::set<Key> expected, decoded;
+  double least_m = 1, most_m = 0;
+  for (std::size_t v = 0; v < spiked.mesh.vertices(); ++v) {
+    if (spiked.mesh.y[v] == spiked.mesh.side) continue;
+    const double step_m = spiked.steps.at(spiked.point(v), spiked.height_m(v));
+    least_m = std::min(least_m, step_m), most_m = std::max(most_m, step_m);
+    expected.insert(key(spiked.steps.rounded(spiked.point(v), spiked.height_m(v))));
+  }
+  for (const Vec3& p : glb->points) {
+    if (std::hypot(p.x, p.y) > 1) decoded.insert(key(p));
+  }
+  EXPECT_EQ(expected, decoded);
+  EXPECT_EQ(most_m, 0x1p-8);
+  EXPECT_EQ(least_m, 0x1p-14);
 }
 
 TEST(EncodeGlb, WithTheFinestStepAloneTheyDoNotFit) {
