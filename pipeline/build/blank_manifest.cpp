@@ -183,8 +183,9 @@ proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& p
   manifest.set_cell_m(proto::cell_height_m(lattice, (plan.window(1) + plan.window(3)) / 2));
   manifest.set_height_datum("WGS 84 ellipsoid");
   manifest.set_drc_formula(kDrcFormula);
-  manifest.mutable_source()->set_lattice_samples(static_cast<double>(plan.window(2) - plan.window(0) + 1.0) *
-                                                 static_cast<double>(plan.window(3) - plan.window(1) + 1.0));
+  // Where data goes around the earth the last column is the first one.
+  const std::int64_t columns = std::min(std::int64_t{plan.window(2)} - plan.window(0) + 1, lattice.columns());
+  manifest.mutable_source()->set_lattice_samples(static_cast<double>(columns) * (plan.window(3) - plan.window(1) + 1.0));
   return manifest;
 }
 

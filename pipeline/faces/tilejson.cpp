@@ -63,7 +63,7 @@ void add_heights(Json& out, const Terrain& terrain, const RasterTileset& tiles) 
 
 proto::Problem beyond_mercator() {
   return {"tile-unknown", "all of the dataset lies beyond 85.05 degrees of latitude, where Web Mercator ends",
-          "the 3D Tiles and .drc faces, which reach the poles", ""};
+          "drc, 3d-tiles, quantized-mesh and their kinds, which reach the poles", ""};
 }
 
 Json zoom_entry(const proto::Manifest& manifest, const raster::Area& extent, const Zooms& zooms, int zoom, double rounding_m) {

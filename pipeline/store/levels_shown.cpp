@@ -31,10 +31,9 @@ std::string note_on_sparse_levels(const proto::Manifest& manifest) {
   if (!last) return "";
   const auto coarsest = static_cast<int>(manifest.levels().rbegin()->level());
   const auto empty = last_below(manifest, kHardlyAny);
-  return levels_text(coarsest, *last) + (coarsest == *last ? " shows" : " show") + " less than half of the data" +
-         (!empty            ? ""
-          : *empty == *last ? ", and hardly any"
-                            : ", and " + levels_text(coarsest, *empty) + " hardly any") +
+  const std::string verb = coarsest == *last ? " shows " : " show ",
+                    more = empty && *empty != *last ? ", and " + levels_text(coarsest, *empty) + " hardly any" : "";
+  return levels_text(coarsest, *last) + verb + (empty == last ? "hardly any" : "less than half") + " of the data" + more +
          ": it lies in strips or spots narrower than two cells there, where rims may move by one" +
          (manifest.options().strategy() == gpu::kExact ? "; strategy=waves keeps more of it" : "");
 }

@@ -60,7 +60,7 @@ TEST(LevelsShown, ThoseThatShowLessThanHalfAreNoted) {
   EXPECT_EQ(notes_of({}), Notes{});
   EXPECT_EQ(notes_of({{0, 0.51}, {1, 0.6}}), Notes{});
   EXPECT_EQ(notes_of({{0, 0.49}}), Notes{"level 0 shows less than half of the data" + kWhy});
-  EXPECT_EQ(notes_of({{0, 0}}), Notes{"level 0 shows less than half of the data, and hardly any" + kWhy});
+  EXPECT_EQ(notes_of({{0, 0}}), Notes{"level 0 shows hardly any of the data" + kWhy});
   EXPECT_EQ(notes_of({{0, 0}, {1, 0}, {2, 0.1}, {3, 0.4}, {4, 0.7}}),
             Notes{"levels 0 to 3 show less than half of the data, and levels 0 to 1 hardly any" + kWhy});
   EXPECT_EQ(notes_of({{2, 0.1}}), Notes{}) << "seen from afar it is there";

@@ -146,6 +146,7 @@ TEST(ExactBlocks, state_what_is_true_of_spikes_beside_a_pole) {
   };
   const Built built = build_dem(dem, exact(60), kSmallBlock);
   EXPECT_TRUE(pipeline::grid_of(built.plan).closes && pipeline::merged_at_once(built.plan));
+  EXPECT_EQ(built.manifest.source().nodata_share(), 0) << "the antimeridian is one column";
   Findings untrue;
   for (const std::string& finding : judge_errors(built, {std::int64_t{1} << 40, 0})) {
     if (finding.find(" but is ") != std::string::npos) untrue.push_back(finding);
