@@ -110,7 +110,7 @@ int reach_of_narrow_data(const Ground& ground, int least, int most) {
   constexpr std::size_t kMostSquares = 1 << 17;  // of more of it coarse tiles would be too large
   const auto has_data = [](Depth depth) { return has_deep_valid(depth, -1); };
   const auto with_data = static_cast<std::size_t>(std::ranges::count_if(ground.squares.depth, has_data));
-  if (with_data == 0 || with_data > kMostSquares || least >= most) return most;
+  if (with_data == 0 || with_data > kMostSquares || most <= std::max(least, 1)) return most;
   const std::vector<Depth> depths = joined_depths(ground, most, squares_to_valid(ground), squares_to_void(ground));
   int reach = most;
   // The rim of a void is 2^reach samples from what is deep in it.

@@ -142,13 +142,13 @@ TEST(HalfTurned, MeshesWhoseSidesDifferAreNotTaken) {
 
 /// The reach that is left of 2^5 samples, of 2048 x 2048 samples with data where has_data says.
 template <class HasData>
-int reach_left(const HasData& has_data, int least = 0) {
+int reach_left(const HasData& has_data, int least = 0, int most = 5) {
   constexpr std::int32_t kSide = 2048;
   proto::Samples samples{.columns = kSide, .rows = kSide};
   for (std::int32_t y = 0; y < kSide; ++y)
     for (std::int32_t x = 0; x < kSide; ++x) samples.height.push_back(has_data(x, y) ? 0 : proto::kNoHeight);
   gpu::exact::BlockPlan plan;
-  for (int l = 0; l < 9; ++l) plan.levels.emplace_back().rim_reach = l == 0 ? -1 : std::min(l, 5);
+  for (int l = 0; l < 9; ++l) plan.levels.emplace_back().rim_reach = l == 0 ? -1 : std::min(l, most);
   keep_narrow_data(places_of_data(samples), least, plan);
   for (int l = 1; l < 9; ++l) EXPECT_EQ(plan.levels[l].rim_reach, std::min(l, plan.levels.back().rim_reach)) << l;
   EXPECT_EQ(plan.levels[0].rim_reach, -1);
@@ -166,6 +166,7 @@ TEST(NarrowData, RimsMoveLessWhereItWouldGo) {
 TEST(NarrowData, RimsOfOtherDataMoveAsTheyDid) {
   EXPECT_EQ(reach_left([](int, int) { return true; }), 5);
   EXPECT_EQ(reach_left([](int, int) { return false; }), 5);
+  EXPECT_EQ(reach_left([](int x, int y) { return x + y < 2048; }, 0, 1), 1) << "small data, whose rims move by no more";
   EXPECT_EQ(reach_left([](int x, int y) { return x + y < 2048; }), 5) << "an outline";
   EXPECT_EQ(reach_left([](int x, int y) { return std::hypot(x % 400 - 200, y % 400 - 200) > 60; }), 5) << "lakes";
   EXPECT_EQ(reach_left([](int x, int y) { return x % 20 > 3 || y % 20 > 3; }), 5) << "small voids, which rims close";
