@@ -184,8 +184,8 @@ proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& p
   manifest.set_height_datum("WGS 84 ellipsoid");
   manifest.set_drc_formula(kDrcFormula);
   // Where data goes around the earth the last column is the first one.
-  const std::int64_t columns = std::min(std::int64_t{plan.window(2)} - plan.window(0) + 1, lattice.columns());
-  manifest.mutable_source()->set_lattice_samples(static_cast<double>(columns) * (plan.window(3) - plan.window(1) + 1.0));
+  manifest.mutable_source()->set_lattice_samples(static_cast<double>(std::min(columns_of(plan), lattice.columns())) *
+                                                 static_cast<double>(rows_of(plan)));
   return manifest;
 }
 

@@ -197,8 +197,8 @@ proto::Result<void> merge_upwards(const Site& site, const Stages& stages) {
 }  // namespace
 
 std::string device_of(const proto::Plan& plan, const std::string& asked, unsigned threads) {
-  const double columns = plan.window(2) - plan.window(0) + 1.0, rows = plan.window(3) - plan.window(1) + 1.0;
-  const bool is_soon_done = plan.exact() && columns * rows < kSamplesOfThread * threads;
+  const double samples = static_cast<double>(columns_of(plan)) * static_cast<double>(rows_of(plan));
+  const bool is_soon_done = plan.exact() && samples < kSamplesOfThread * threads;
   return gpu::is_any_device(asked) && is_soon_done ? "cpu" : asked;
 }
 

@@ -5,6 +5,7 @@
 
 #include "gpu/measure/surface_error_row.h"
 #include "gpu/measure/surface_memory.h"
+#include "gpu/mesh/mesh_point.h"
 #include "pipeline/build/exact/exact_block.h"
 #include "pipeline/encode/draco_mesh.h"
 #include "pipeline/encode/encode.h"
@@ -61,13 +62,9 @@ void set_counts(const SampleCount& count, proto::TileRecord& record) {
 
 /// In cells of the finest lattice.
 double shown_area(const proto::TileMesh& mesh, const PublishedMesh& published) {
+  const auto point = [&](std::uint32_t v) { return gpu::MeshPoint{mesh.x[published.source[v]], mesh.y[published.source[v]]}; };
   std::int64_t doubled = 0;
-  for (const auto& [a, b, c] : published.triangles) {
-    const std::uint32_t at = published.source[a], next = published.source[b], last = published.source[c];
-    const std::int64_t ux = mesh.x[next] - mesh.x[at], uy = mesh.y[next] - mesh.y[at], vx = mesh.x[last] - mesh.x[at],
-                       vy = mesh.y[last] - mesh.y[at];
-    doubled += ux * vy - uy * vx;
-  }
+  for (const auto& [a, b, c] : published.triangles) doubled += gpu::twice_area(point(a), point(b), point(c));
   return static_cast<double>(doubled) / 2;
 }
 

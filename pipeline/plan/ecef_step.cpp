@@ -30,10 +30,9 @@ double column_width(const proto::Plan& plan) {
 /// How far a tile of the level reaches over data.
 double reach_m(const proto::Plan& plan, int level) {
   const proto::Lattice lattice = lattice_of(plan);
-  const std::int64_t tile = lattice.tile_units(level),
-                     columns = std::min(tile, std::int64_t{plan.window(2)} - plan.window(0) + 1),
-                     rows = std::min(tile, std::int64_t{plan.window(3)} - plan.window(1) + 1);
-  return std::max(static_cast<double>(columns) * column_width(plan), static_cast<double>(rows)) *
+  const std::int64_t tile = lattice.tile_units(level);
+  return std::max(static_cast<double>(std::min(columns_of(plan), tile)) * column_width(plan),
+                  static_cast<double>(std::min(rows_of(plan), tile))) *
          proto::cell_height_m(lattice, lattice.rows() / 2);
 }
 double reach_m(const proto::Plan& plan, const proto::LevelPlan& level) { return reach_m(plan, static_cast<int>(level.level())); }
@@ -52,9 +51,7 @@ double least_step_m(const proto::Plan& plan, const proto::LevelPlan& level, doub
 
 }  // namespace
 
-std::int64_t extent_of(const proto::Plan& plan) {
-  return std::max(plan.window(2) - plan.window(0), plan.window(3) - plan.window(1)) + 1;
-}
+std::int64_t extent_of(const proto::Plan& plan) { return std::max(columns_of(plan), rows_of(plan)); }
 
 bool reaches_pole(const proto::Plan& plan) {
   const std::int64_t rows = lattice_of(plan).rows(), polar = rows / 128;

@@ -104,10 +104,10 @@ proto::Result<std::pair<int, int>> level_range(const proto::Source& source, cons
   return std::pair{finest, coarsest};
 }
 
-namespace {
-
 std::int64_t columns_of(const proto::Plan& plan) { return plan.window(2) - std::int64_t{plan.window(0)} + 1; }
 std::int64_t rows_of(const proto::Plan& plan) { return plan.window(3) - std::int64_t{plan.window(1)} + 1; }
+
+namespace {
 
 /// Of waves: the coarsest level at which every node holds at most kBlockSamples of the window.
 int block_level(const proto::Plan& plan) {

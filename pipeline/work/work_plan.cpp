@@ -154,8 +154,7 @@ void add_merges(const TaskKeys& names, Keys below, proto::WorkPlan& work) {
 
 /// Blocks of the size that is asked for, and what follows from it.
 void set_blocks(const PlanGiven& given, proto::Plan& plan) {
-  const std::int64_t samples =
-      (plan.window(2) - std::int64_t{plan.window(0)} + 1) * (plan.window(3) - std::int64_t{plan.window(1)} + 1);
+  const std::int64_t samples = columns_of(plan) * rows_of(plan);
   if (given.block_samples > 0)
     use_smaller_blocks(plan, std::max(given.block_samples, kLeastBlockSamples));
   else if (given.blocks > 0)

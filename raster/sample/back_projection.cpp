@@ -23,9 +23,9 @@ constexpr int kRounds = kProjectionRounds;  // a round carries what the window's
 constexpr int kBoundedRounds = kRounds * 2 / 3;
 // Beside a wall alone: where samples as near as that differ by more than the height of so many cells. Peaks stay free.
 constexpr double kWallCells = 5;
-// Beside a pole columns are a millimetre apart, and a sample that moves alone is a needle. Points of tiles are rounded to a 500th
-// of such a column there, which on a needle of this slope is a tenth of the usual target: no sample moves farther than so many
-// times a column's width. Where columns are as wide as pixels that is far more than ground asks for.
+// Beside a pole columns are a millimetre apart, and a sample that moves alone is a needle. Points of tiles are rounded to a
+// 32,768th of the target there, which on a needle of this slope is a tenth of it: no sample moves farther than so many times
+// a column's width. Where columns are as wide as pixels that is far more than ground asks for.
 constexpr double kMostSlope = 4096;
 // Each vertex takes its share of a residual divided by the number of pixels that move it (component averaging: Censor, Gordon and
 // Gordon 2001). So it converges for any pixels and any step below 2; this one leaves a tenth a round where pixels share no
@@ -68,8 +68,6 @@ class Sheet {
         north_pole_begin_(samples.height.size() -
                           (samples.south + samples.rows > lattice.rows() ? static_cast<std::size_t>(samples.columns) : 0)),
         held_by_(samples.height.size(), 0) {
-    for (std::int64_t j = samples.south; j < samples.south + samples.rows; ++j)
-      most_move_m_.push_back(kMostSlope * proto::row_frame(lattice, j).cos_lat * proto::cell_height_m(lattice, j));
     const auto height_m = [&](std::uint32_t k) { return samples.height[k] * proto::kHeightStep_m; };
     cells_.reserve(pixels.size());
     for (const PixelPoint& pixel : pixels) {
@@ -89,6 +87,8 @@ class Sheet {
     const std::size_t count = held_by_.size();
     height_m_.resize(count), sums_.resize(count, 0), moved_.resize(count, 0);
     bounds_.emplace(samples_);
+    for (std::int64_t j = samples_.south; j < samples_.south + samples_.rows; ++j)
+      most_move_m_.push_back(kMostSlope * proto::row_frame(lattice_, j).cos_lat * proto::cell_height_m(lattice_, j));
     for (std::size_t k = 0; k < count; ++k) height_m_[k] = samples_.height[k] * proto::kHeightStep_m;
     for (const std::uint32_t p : far_off_) spread(hold_of(pixels_[p], cells_[p]), is_bounded(1));
     for (int round = 1; !touched_.empty(); ++round) {
@@ -203,13 +203,13 @@ class Sheet {
   const double within_m_;
   const double wall_m_;
   const std::size_t south_pole_end_, north_pole_begin_;  ///< samples; a pole's row is one point
-  std::vector<double> most_move_m_;                      ///< indexed by row
   std::vector<std::uint32_t> held_by_;                   ///< indexed by sample: how many pixels move it
   std::vector<double> height_m_;                         ///< likewise; of voids no height. Once there is something to move, as:
   std::vector<std::int64_t> sums_;                       ///< likewise: what a round moves it by, in grains
   std::vector<std::uint8_t> moved_;                      ///< likewise: 1 if the last round did
   std::vector<std::uint32_t> last_moved_;                ///< those samples
   std::vector<std::uint32_t> touched_;                   ///< samples with sums, some more than once
+  std::vector<double> most_move_m_;                      ///< indexed by row: how far a sample may
   std::optional<BoundsAround> bounds_;                   ///< of the samples as they were, and of the pixels that move them
   std::vector<std::uint32_t> cells_;                     ///< indexed by pixel: the south-western vertex of its cell, or kNowhere
   std::vector<std::uint32_t> far_off_;                   ///< pixels, from the start

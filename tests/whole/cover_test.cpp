@@ -49,15 +49,23 @@ double share_covered(const Built& built, int level) {
   return shown / all;
 }
 
-/// Of a survey along a line, in one block and in several with levels above them, which do not have what the blocks left out.
-TEST_P(Cover, of_a_narrow_band_is_told) {
-  const auto band = [ground = rough(23)](int c, int r) { return std::abs(r - 60 - 0.6 * c) < 2 ? 0.05 * ground(c, r) : kNoData; };
+/// A survey along a line that is twice so wide: in one block, or in several with levels above them, which do not have what the
+/// blocks left out.
+Built built_along_line(const std::string& strategy, double half_wide, std::int64_t block_samples) {
   proto::BuildOptions options = with_error(20);
-  options.set_strategy(GetParam());
-  for (const std::int64_t block_samples : {std::int64_t{0}, 2 * kTile * kTile}) {
-    const Built built = build_dem(points_of(kCorner, 1300, 900, band), options, block_samples);
+  options.set_strategy(strategy);
+  const auto band = [half_wide, ground = rough(23)](int c, int r) {
+    return std::abs(r - 60 - 0.6 * c) < half_wide ? 0.05 * ground(c, r) : kNoData;
+  };
+  return build_dem(points_of(kCorner, 1300, 900, band), options, block_samples);
+}
+constexpr std::int64_t kOneBlock = 0, kSeveralBlocks = 2 * kTile * kTile;
+
+TEST_P(Cover, of_a_narrow_band_is_told) {
+  for (const std::int64_t block_samples : {kOneBlock, kSeveralBlocks}) {
+    const Built built = built_along_line(GetParam(), 2, block_samples);
     const int last = pipeline::last_sparse_level(built.manifest).value_or(-1);
-    if (built.plan.exact() && block_samples > 0) {
+    if (built.plan.exact() && block_samples == kSeveralBlocks) {
       EXPECT_THAT(built.manifest.notes(), testing::ElementsAre(testing::AllOf(
                                               testing::StartsWith("levels 0 to " + std::to_string(last) + " show less than half"),
                                               testing::EndsWith("strategy=waves keeps more of it"))));
@@ -77,11 +85,8 @@ TEST_P(Cover, of_a_narrow_band_is_told) {
 
 /// Rims move less where otherwise such a band would go.
 TEST_P(Cover, of_a_band_stays_on_all_levels) {
-  const auto band = [ground = rough(23)](int c, int r) { return std::abs(r - 60 - 0.6 * c) < 9 ? 0.05 * ground(c, r) : kNoData; };
-  proto::BuildOptions options = with_error(20);
-  options.set_strategy(GetParam());
-  for (const std::int64_t block_samples : {std::int64_t{0}, 2 * kTile * kTile}) {
-    const Built built = build_dem(points_of(kCorner, 1300, 900, band), options, block_samples);
+  for (const std::int64_t block_samples : {kOneBlock, kSeveralBlocks}) {
+    const Built built = built_along_line(GetParam(), 9, block_samples);
     EXPECT_THAT(judge(built, {70000, 1.25}), IsEmpty());
     EXPECT_THAT(built.manifest.notes(), IsEmpty());
     for (const auto& [z, level] : built.levels) EXPECT_GT(share_covered(built, z), 0.5) << z;

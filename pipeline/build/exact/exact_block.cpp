@@ -78,9 +78,7 @@ BlockPlace whole_node(const proto::Plan& plan, const proto::TileAddress& node, c
   return place;
 }
 
-std::int64_t narrow_side(const proto::Plan& plan) {
-  return std::min(plan.window(2) - plan.window(0), plan.window(3) - plan.window(1)) + 1;
-}
+std::int64_t narrow_side(const proto::Plan& plan) { return std::min(columns_of(plan), rows_of(plan)); }
 
 bool is_on(std::int64_t line, std::int64_t other, std::int64_t circle) { return (line - other) % circle == 0; }
 

@@ -30,6 +30,10 @@ class Writer {
   Writer(const StoreReader& store, std::string up, std::string_view query)
       : store_(store), errors_(store.manifest()), up_(std::move(up)), query_(query) {}
 
+  /// The first tile of a file, and what is below it.
+  Json first(const TileExtent& node) const {
+    return tile(node, kLevels, errors_.stands_for_data(node) ? errors_.of(node) : error_above_m(node.tile));
+  }
   /// A tile and what is below it, down to the next files. above_m: geometric error of the tile above, which is never less than
   /// that of one that does not stand for the data.
   Json tile(const TileExtent& node, int levels_left, double above_m) const {
@@ -61,6 +65,15 @@ class Writer {
   }
 
  private:
+  /// The least that a tile above this one states.
+  double error_above_m(proto::TileAddress tile) const {
+    while (tile.z > 0) {
+      tile = tile.parent();
+      const auto above = store_.extents(tile.z, tile.x, tile.y, tile.x, tile.y);
+      if (!above.empty() && errors_.stands_for_data(above[0])) return errors_.of(above[0]);
+    }
+    return errors_.empty_m();
+  }
   std::string link(const std::string& path) const { return (up_ + path).append(query_); }
 
   const StoreReader& store_;
@@ -68,17 +81,6 @@ class Writer {
   std::string up_;
   std::string_view query_;
 };
-
-/// The least that a tile above this one states.
-double error_above_m(const StoreReader& store, proto::TileAddress tile) {
-  const RefineErrors errors(store.manifest());
-  while (tile.z > 0) {
-    tile = tile.parent();
-    const auto above = store.extents(tile.z, tile.x, tile.y, tile.x, tile.y);
-    if (!above.empty() && errors.stands_for_data(above[0])) return errors.of(above[0]);
-  }
-  return errors.empty_m();
-}
 
 proto::Result<std::optional<Document>> top(const Terrain& terrain, const Place& place) {
   const auto query = normals_query(place.normals);
@@ -101,10 +103,7 @@ proto::Result<std::optional<Document>> part(const Terrain& terrain, const Place&
   const auto nodes = terrain.store().extents(place.z, place.x, place.y, place.x, place.y);
   if (nodes.empty()) return std::optional<Document>();
   const Writer writer(terrain.store(), "../../../", *query);
-  const TileExtent& first = nodes[0];
-  const RefineErrors errors(terrain.manifest());
-  const double above_m = errors.stands_for_data(first) ? errors.of(first) : error_above_m(terrain.store(), first.tile);
-  return std::optional(document(writer.file(writer.tile(first, kLevels, above_m))));
+  return std::optional(document(writer.file(writer.first(nodes[0]))));
 }
 
 constexpr std::array<Resource, 2> kResources = {{
