@@ -64,6 +64,16 @@ def crowded(root):
             if count > MOST_FILES and room.split(os.sep)[0] in FLOORS]
 
 
+def strays(root):
+    """A line for each file beside the floors that is empty: a slip of a test or a shell that ran there. A Python package's py.typed is empty by its spec."""
+    lines = []
+    for place, folders, files in os.walk(root):
+        folders[:] = [one for one in folders if not one.startswith((".git", ".cache")) and one not in ("build", "node_modules")]
+        lines += [f"{os.path.relpath(os.path.join(place, one), root)}: an empty file" for one in sorted(files)
+                  if one != "py.typed" and os.path.getsize(os.path.join(place, one)) == 0]
+    return lines
+
+
 def name(floor, room):
     return floor if room == floor else room[len(floor) + 1:]
 
@@ -81,7 +91,7 @@ def picture(root, floor):
 
 
 def findings(root):
-    found = circles(root) + crowded(root)
+    found = circles(root) + crowded(root) + strays(root)
     with open(os.path.join(root, "CONTRIBUTING.md"), encoding="utf-8") as file:
         text = file.read()
     found += [f"CONTRIBUTING.md: the picture of {floor} is not that of the includes: tests/tree/rooms.py . --picture prints it"

@@ -7,9 +7,9 @@ import rooms
 from includes_test import made_tree
 
 GOOD = {
-    "gpu/simplify.h": "",
+    "gpu/simplify.h": "#pragma once\n",
     "pipeline/faces/all_faces.cpp": '#include "pipeline/faces/tiles_3d/tiles_3d.h"\n',
-    "pipeline/faces/face.h": "",
+    "pipeline/faces/face.h": "#pragma once\n",
     "pipeline/faces/tiles_3d/tiles_3d.h": '#include "pipeline/faces/face.h"\n',
     "gpu/mesh/rings.h": '#include "gpu/simplify.h"\n',
     "gpu/border/mend.h": '#include "gpu/mesh/rings.h"\n',
@@ -34,11 +34,14 @@ class Rooms(unittest.TestCase):
         self.assertTrue(found)
         self.assertIn("gpu/mesh/rings.h: gpu/collapse/waves.h: gpu/collapse includes gpu/mesh too, directly or not", found)
 
+    def test_an_empty_file_that_a_shell_has_left(self):
+        self.assertEqual(self.findings({"cone.asc": "", "deploy/python/cordillera/py.typed": ""}), ["cone.asc: an empty file"])
+
     def test_the_door_may_include_any_room(self):
         self.assertEqual(self.findings({"pipeline/faces/all_faces.cpp": '#include "pipeline/faces/face.h"\n'}), [])
 
     def test_a_floor_with_more_files_than_somebody_looks_through(self):
-        more = {f"raster/file_{k}.h": "" for k in range(rooms.MOST_FILES + 1)}
+        more = {f"raster/file_{k}.h": "#pragma once\n" for k in range(rooms.MOST_FILES + 1)}
         self.assertEqual(self.findings(more), [f"raster/ has {rooms.MOST_FILES + 1} files, more than {rooms.MOST_FILES}: it is two rooms"])
         more.popitem()
         self.assertEqual(self.findings(more), [])
