@@ -14,6 +14,7 @@
 namespace cordillera::raster {
 
 struct Decimation;
+class SharedPixels;
 
 /// A pixel's centre on a lattice, in columns and rows from a vertex that is agreed upon, and its height in metres above the
 /// ellipsoid.
@@ -60,6 +61,10 @@ class Source {
   /// turn. As sample(): not thread-safe, and a place's value never depends on what else was asked.
   virtual proto::Result<void> nearest(std::span<const double> longitude_deg, std::span<const double> latitude_deg, double* out);
 
+  /// The same at the middles of the cells between the window's vertices, by rows from the south: of so many places that they are
+  /// found as those of samples are, to a thousandth of a pixel.
+  virtual proto::Result<void> nearest_in_cells(const proto::Lattice& lattice, const Window& cells, double* out);
+
   /// The source's own pixels whose centres lie in the cells between the window's vertices, its southern and western sides
   /// included (and the northern one at the pole), in the source's order: places from the window's south-western vertex, heights
   /// as in sample(). Voids are left out. Memory is bounded by the window. A source that has no pixels of its own has none. As
@@ -73,6 +78,10 @@ class Source {
   virtual proto::Result<std::shared_ptr<const Decimation>> decimate(std::int64_t /*most_pixels*/) {
     return std::shared_ptr<const Decimation>();
   }
+
+  /// What this handle reads is shared with others on the same raster from now on; raster: its number among those that share. A
+  /// mosaic numbers its rasters itself.
+  virtual void share_pixels(const std::shared_ptr<SharedPixels>&, std::size_t /*raster*/) {}
 
   /// Undulations at a few places of the data as text: two machines whose texts differ would make different tiles.
   virtual std::string datum_print() const { return ""; }

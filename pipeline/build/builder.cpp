@@ -11,12 +11,14 @@
 #include "gpu/measure/surface_memory.h"
 #include "pipeline/build/build.h"
 #include "pipeline/build/exact/exact_block.h"
+#include "pipeline/build/exact/side_by_side.h"
 #include "pipeline/build/tile_output.h"
 #include "pipeline/finest/pixel_error.h"
 #include "pipeline/finest/side_vertices.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/tile/chain.h"
 #include "pipeline/tile/mesh_record.h"
+#include "raster/pixels/shared_pixels.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -34,36 +36,6 @@ constexpr double kLeastLimitOfWaves = 2.1;
 /// What a quality is to gpu::thin.
 int height_rounds(const proto::BuildOptions& options) {
   return options.quality() == "fast" ? -1 : options.quality() == "best" ? 2 : 0;
-}
-
-/// Samples of a whole block.
-double samples_of_block(const proto::Plan& plan) {
-  const double units = static_cast<double>(block_side(plan));
-  return std::min(units, static_cast<double>(plan.window(2)) - plan.window(0)) *
-             std::min(units, static_cast<double>(plan.window(3)) - plan.window(1)) +
-         1;
-}
-
-double memory_for_blocks(std::uint32_t memory_mib) {
-  constexpr double kUsualMemory = 4e9;
-  return memory_mib > 0 ? 0.75 * memory_mib * (1 << 20) : kUsualMemory;
-}
-
-/// How many exact blocks are simplified side by side, up to `most`: the more, the smaller they are.
-std::size_t exact_at_once(const proto::Plan& plan, unsigned threads, std::uint32_t memory_mib, std::size_t most) {
-  if (threads <= 1) return 1;
-  constexpr double kBytesOfSample = 200;        // measured: 57 on ground of which 30 % are vertices at first, 190 where 82 % are
-  constexpr double kSamplesOfThread = 1 << 20;  // so many, and a thread seldom waits
-  const double samples = samples_of_block(plan);
-  const double by_memory = memory_for_blocks(memory_mib) / (kBytesOfSample * samples);
-  const double by_threads = 2 + threads / std::max(1.0, samples / kSamplesOfThread);
-  return std::clamp(static_cast<std::size_t>(std::min(by_memory, by_threads)), std::size_t{1}, most);
-}
-
-std::size_t regions_at_once(unsigned threads, std::uint32_t memory_mib) {
-  constexpr double kBytesOfRegion = 0.8e9, kBytesBeside = 0.8e9, kMost = 4;
-  const double by_threads = (threads + 3.0) / 4, by_memory = (memory_for_blocks(memory_mib) - kBytesBeside) / kBytesOfRegion;
-  return static_cast<std::size_t>(std::clamp(std::min(by_threads, by_memory), 1.0, kMost));
 }
 
 }  // namespace
@@ -101,9 +73,7 @@ std::size_t Builder::tasks_at_once() const {
 
 std::size_t Builder::tasks_ahead() const {
   if (workers_.threads() <= 1 || !plan_.exact() || !exact_.on_gpu()) return 0;
-  constexpr double kMost = 16, kShare = 0.1, kBytesOfSample = 8;  // as it is read
-  const double by_memory = kShare * memory_for_blocks(room_.memory_mib) / (kBytesOfSample * samples_of_block(plan_));
-  return static_cast<std::size_t>(std::min(by_memory, kMost));
+  return exact_ahead(plan_, room_.memory_mib);
 }
 
 proto::Result<void> Builder::prepare() {
@@ -117,10 +87,13 @@ proto::Result<void> Builder::prepare() {
     const std::size_t on_gpu = at_once(kMostOnGpu), turns = std::min(on_gpu, kTurnsOfGpu);
     exact_.open(room_.device, {at_once(kMostOnCpu), 1}, {turns, on_gpu / turns});
   }
+  const auto pixels =
+      std::make_shared<raster::SharedPixels>(memory_for_pixels(plan_, tasks_at_once() + tasks_ahead() + 1, room_.memory_mib));
   // With the plan as it is: its targets may be changed meanwhile.
-  const auto open = [open = open_, plan = plan_] {
+  const auto open = [open = open_, plan = plan_, pixels] {
     auto source = open();
     if (source.ok()) source = source_of_tiles(plan, std::move(*source));
+    if (source.ok()) (*source)->share_pixels(pixels, 0);
     return source;
   };
   if (const auto begun = sources_.open(workers_.threads(), open); !begun.ok()) return begun;

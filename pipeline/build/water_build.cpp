@@ -1,8 +1,10 @@
 #include "pipeline/build/water_build.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -38,18 +40,20 @@ bool is_water(const proto::BuildOptions& options, double value) {
 }
 
 proto::Result<WaterPixels> pixels_of(const proto::BuildOptions& options, const TileAddress& tile, raster::Source& source) {
-  const double side_deg = 180.0 / proto::tiles_up(tile.z), cell_deg = side_deg / kWaterSide;
-  std::vector<double> longitude, latitude;
-  for (int r = 0; r < kWaterSide; ++r) {
-    for (int c = 0; c < kWaterSide; ++c) {
-      longitude.push_back(-180 + tile.x * side_deg + (c + 0.5) * cell_deg);
-      latitude.push_back(-90 + (tile.y + 1) * side_deg - (r + 0.5) * cell_deg);
-    }
+  static_assert(kWaterSide == proto::kTileCells);  // a pixel is a cell of the tile's level
+  const proto::Lattice lattice{tile.z};
+  const std::int64_t west = lattice.west(tile), south = lattice.south(tile);
+  std::vector<double> value(std::size_t{kWaterSide} * kWaterSide);  // rows from the south
+  if (auto read = source.nearest_in_cells(lattice, {west, south, west + kWaterSide, south + kWaterSide}, value.data());
+      !read.ok())
+    return read.problem();
+  WaterPixels out;
+  out.reserve(value.size());
+  for (auto row = value.end(); row != value.begin();) {
+    row -= kWaterSide;
+    std::transform(row, row + kWaterSide, std::back_inserter(out),
+                   [&](double height_m) { return is_water(options, height_m) ? kWater : std::uint8_t{0}; });
   }
-  std::vector<double> value(longitude.size());
-  if (auto read = source.nearest(longitude, latitude, value.data()); !read.ok()) return read.problem();
-  WaterPixels out(value.size());
-  for (std::size_t k = 0; k < out.size(); ++k) out[k] = is_water(options, value[k]) ? kWater : 0;
   return out;
 }
 

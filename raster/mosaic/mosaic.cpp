@@ -5,11 +5,8 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <span>
 
-#include "proto/ellipsoid.h"
-#include "proto/integers.h"
 #include "proto/lru.h"
 #include "raster/mosaic/all_void.h"
 #include "raster/mosaic/blend.h"
@@ -26,12 +23,7 @@ constexpr std::size_t kOpenMembers = 24;  // a block may lie over that many rast
 
 using Window = Source::Window;
 
-using proto::floor_divide;
-using proto::modulo;
-
 Window widened(const Window& w, std::int64_t by) { return {w.west - by, w.south - by, w.east + by, w.north + by}; }
-
-bool is_of_points(const proto::Source& source) { return source.pixel() == "point"; }
 
 /// How far beyond its window a raster among others may have data: of points that ends at the outermost centres, and data may
 /// reach to those of the next raster.
@@ -83,19 +75,19 @@ class Mosaic final : public Source {
   }
 
   proto::Result<void> nearest(std::span<const double> longitude_deg, std::span<const double> latitude_deg, double* out) override {
-    std::fill_n(out, longitude_deg.size(), std::numeric_limits<double>::quiet_NaN());
-    if (longitude_deg.empty()) return {};
-    std::vector<double> values(longitude_deg.size());
-    for (const std::size_t layer : under(around(longitude_deg, latitude_deg), kMemberLattice)) {
-      auto source = opened(layer);
-      if (!source.ok()) return source.problem();
-      if (auto done = (*source)->nearest(longitude_deg, latitude_deg, values.data()); !done.ok()) return done.problem();
-      for (std::size_t k = 0; k < values.size(); ++k) {
-        if (std::isnan(out[k])) out[k] = values[k];
-      }
-    }
-    return {};
+    const std::span<double> all(out, longitude_deg.size());
+    const auto ask = [&](Source& source, double* values) { return source.nearest(longitude_deg, latitude_deg, values); };
+    if (all.empty()) return {};
+    return uppermost(under(around(longitude_deg, latitude_deg), kMemberLattice), ask, all);
   }
+  proto::Result<void> nearest_in_cells(const proto::Lattice& lattice, const Window& cells, double* out) override {
+    const std::span<double> all(out, static_cast<std::size_t>((cells.east - cells.west) * (cells.north - cells.south)));
+    return uppermost(
+        under(cells, lattice), [&](Source& source, double* values) { return source.nearest_in_cells(lattice, cells, values); },
+        all);
+  }
+
+  void share_pixels(const std::shared_ptr<SharedPixels>& lately, std::size_t /*raster*/) override { lately_ = lately; }
 
   /// Those that the surface is made of: of the raster that wins at all vertices around, or goes on there as one of the same grid.
   /// Where rasters are blended there are none.
@@ -140,6 +132,21 @@ class Mosaic final : public Source {
     const double cells_a_degree = 1 / kMemberLattice.cell_deg();
     const auto low = [&](double deg) { return static_cast<std::int64_t>(std::floor(deg * cells_a_degree)); };
     return {low(*west + 180), low(*south + 90), low(*east + 180) + 1, low(*north + 90) + 1};
+  }
+
+  /// Of each place what the first of the layers says that has something there. ask: one layer, of all places.
+  template <class Ask>
+  proto::Result<void> uppermost(const std::vector<std::size_t>& layers, const Ask& ask, std::span<double> out) {
+    std::ranges::fill(out, std::numeric_limits<double>::quiet_NaN());
+    std::vector<double> values(out.size());
+    for (const std::size_t layer : layers) {
+      auto source = opened(layer);
+      if (!source.ok()) return source.problem();
+      if (auto done = ask(**source, values.data()); !done.ok()) return done.problem();
+      std::ranges::transform(out, values, out.begin(),
+                             [](double above, double here) { return std::isnan(above) ? here : above; });
+    }
+    return {};
   }
 
   /// Members that may have data in the window, the one that wins first.
@@ -217,6 +224,7 @@ class Mosaic final : public Source {
       kept->set_beyond([this, member, all = kept->all_pixels()](const PixelWindow& window, std::vector<double>& heights) {
         return read_beyond(member, all, window, heights);
       });
+    if (lately_) kept->share_pixels(lately_, member);
     open_.keep(member, kept, 1);
     return kept;
   }
@@ -318,6 +326,7 @@ class Mosaic final : public Source {
   std::vector<std::size_t> sheets_;  ///< see sheets_of; empty: nothing is blended
   proto::Source description_;
   proto::Lru<std::size_t, std::shared_ptr<RasterSource>> open_{kOpenMembers};  ///< each counts one
+  std::shared_ptr<SharedPixels> lately_;                                       ///< may be null
   std::map<std::size_t, std::vector<GridNeighbour>> neighbours_;       ///< by member, of those that were read beyond their sides
   std::map<std::pair<int, std::int64_t>, std::int32_t> pole_heights_;  ///< by level and row
 };
@@ -336,35 +345,6 @@ MosaicMember member_of(const std::string& path, const std::string& name, Trust t
 }
 
 }  // namespace
-
-Window coarser(const Window& window, const proto::Lattice& lattice) {
-  const std::int64_t units = std::int64_t{1} << (proto::kMaxLevel - lattice.finest_level);
-  // A rim on a vertex, but for the last bit, is on it.
-  const std::int64_t rim = units > 1 ? 1 : 0;
-  return {-floor_divide(rim - window.west, units), std::max<std::int64_t>(0, -floor_divide(rim - window.south, units)),
-          floor_divide(window.east + rim, units), std::min(lattice.rows(), floor_divide(window.north + rim, units))};
-}
-
-bool touch(const Window& a, const Window& b, const proto::Lattice& lattice) {
-  if (a.west > a.east || b.west > b.east || a.south > b.north || b.south > a.north) return false;
-  return modulo(b.west - a.west, lattice.columns()) <= a.east - a.west ||
-         modulo(a.west - b.west, lattice.columns()) <= b.east - b.west;
-}
-
-int feather_vertices(double feather_m, const proto::Lattice& lattice) {
-  const double cell_m = proto::cell_height_m(lattice, lattice.rows() / 2);
-  return static_cast<int>(std::clamp(std::nearbyint(feather_m / cell_m), 0.0, static_cast<double>(kMostFeather)));
-}
-
-std::int64_t reach_beyond(const proto::Source& source, const proto::Lattice& lattice) {
-  const double cell_m = proto::cell_height_m(lattice, lattice.rows() / 2);
-  const double poleward = std::max(std::abs(source.bbox(1)), std::abs(source.bbox(3))) / 180 * std::numbers::pi;
-  const double cell_width_m = cell_m * std::max(std::cos(poleward), 0.01);
-  // Two pixels where the kernel is as wide as they are; where it is wider, about two cells. From points it is one more to the
-  // next.
-  const double cells_a_pixel = std::max({source.pixel_width_m() / cell_width_m, source.pixel_height_m() / cell_m, 1.0});
-  return static_cast<std::int64_t>(std::ceil((is_of_points(source) ? 3 : 2) * cells_a_pixel)) + 1;
-}
 
 proto::Result<MosaicMember> examine(const std::string& path, const std::string& name, Trust trust,
                                     const proto::BuildOptions& options) {

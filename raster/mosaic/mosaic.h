@@ -5,13 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "raster/mosaic/member_windows.h"
 #include "raster/mosaic/pixel_grid.h"
 #include "raster/source.h"
 
 namespace cordillera::raster {
-
-/// Lattice whose windows tell where a member of a mosaic lies: windows of coarser lattices follow from it.
-inline constexpr proto::Lattice kMemberLattice{proto::kMaxLevel};
 
 /// One raster of a mosaic. options: those of the build with the raster's own put over them; trust as for open_source.
 struct MosaicMember {
@@ -37,25 +35,11 @@ bool lies_beside(const proto::Problem& problem);
 proto::Result<MosaicMember> examine_pixels(const std::string& path, const std::string& name, Trust trust,
                                            const proto::BuildOptions& options);
 
-/// The lattice vertices of a coarser lattice inside a member's window; empty (west > east) when there are none.
-Source::Window coarser(const Source::Window& window, const proto::Lattice& lattice);
-
-/// Whether two windows of a lattice share a vertex; columns are taken modulo the circle.
-bool touch(const Source::Window& a, const Source::Window& b, const proto::Lattice& lattice);
-
 /// Members that were cut from one grid (the same CRS, vertical datum and size of pixels) are interpolated across their
 /// common sides, and between their outermost points, as if they were one raster. feather_m: the width over which a raster gives
 /// way to those below it, towards its rims and voids; 0: it ends in a step. Heights are blended in whole steps, and a vertex's
 /// height depends on nothing but the members around it, or around the pole that it is. Members are opened when their place is
 /// asked for, the last few are kept open. At least one member; not thread-safe, as every Source.
 std::unique_ptr<Source> make_mosaic(std::vector<MosaicMember> members, double feather_m);
-
-/// How many vertices of the lattice away the pixels of a member may change a height of another: where both were cut from one
-/// grid, the outermost half pixels of one are interpolated to the other's.
-std::int64_t reach_beyond(const proto::Source& source, const proto::Lattice& lattice);
-
-/// How far a feather reaches, in vertices of the lattice; at most kMostFeather.
-int feather_vertices(double feather_m, const proto::Lattice& lattice);
-inline constexpr int kMostFeather = 256;
 
 }  // namespace cordillera::raster

@@ -14,12 +14,7 @@ namespace {
 
 constexpr double kVoid = std::numeric_limits<double>::quiet_NaN();
 
-std::size_t pixels_in(const PixelWindow& window) { return static_cast<std::size_t>(window.columns) * window.rows; }
-
-bool is_within(const PixelWindow& inner, const PixelWindow& outer) {
-  return inner.x >= outer.x && inner.y >= outer.y && inner.x + inner.columns <= outer.x + outer.columns &&
-         inner.y + inner.rows <= outer.y + outer.rows;
-}
+constexpr std::size_t kOwnBytes = 2 << 20;  // samples and pixels of a place are asked for one after the other
 
 /// In place: raw values -> metres. instead: of what is no height.
 CORDILLERA_WIDE void to_heights(double factor, double offset_m, const Validity& valid, double instead, double* __restrict line,
@@ -33,25 +28,17 @@ CORDILLERA_WIDE void to_heights(double factor, double offset_m, const Validity& 
 }  // namespace
 
 Pixels::Pixels(const Dataset& dataset, const HeightRule& rule, int period)
-    : dataset_(dataset), rule_(rule), period_(period), validity_(dataset) {}
+    : dataset_(dataset), rule_(rule), period_(period), validity_(dataset), lately_(std::make_shared<SharedPixels>(kOwnBytes)) {}
 
 proto::Result<void> Pixels::read(const PixelWindow& window, std::vector<double>& heights) {
-  constexpr std::size_t kMostKnown = 1 << 18;  // 2 MiB of each source
-  if (is_within(window, known_)) {
-    heights.resize(pixels_in(window));
-    const double* from = known_heights_.data() + (window.y - known_.y) * known_.columns + (window.x - known_.x);
-    for (int r = 0; r < window.rows; ++r, from += known_.columns)
-      std::copy_n(from, window.columns, heights.begin() + std::ptrdiff_t{r} * window.columns);
-    return {};
-  }
-  known_ = {};
+  if (lately_->read(raster_, window, heights)) return {};
   if (auto done = read_anew(window, heights); !done.ok()) return done;
-  if (heights.size() <= kMostKnown) known_ = window, known_heights_ = heights;
+  lately_->keep(raster_, window, heights);
   return {};
 }
 
 proto::Result<void> Pixels::read_anew(const PixelWindow& window, std::vector<double>& heights) {
-  heights.resize(pixels_in(window));
+  heights.resize(window.count());
   const bool inside =
       window.x >= 0 && window.y >= 0 && window.x + window.columns <= dataset_.columns && window.y + window.rows <= dataset_.rows;
   if (!inside || period_ != 0 || !dataset_.missing.empty()) std::fill(heights.begin(), heights.end(), kVoid);

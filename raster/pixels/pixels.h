@@ -1,10 +1,14 @@
 #pragma once
 // Windows of the source as heights in metres, NaN where there is none.
 #include <cstdint>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "proto/result.h"
 #include "raster/open/dataset.h"
+#include "raster/pixels/pixel_window.h"
+#include "raster/pixels/shared_pixels.h"
 #include "raster/pixels/validity.h"
 
 namespace cordillera::raster {
@@ -19,19 +23,16 @@ struct HeightRule {
   double void_height_m = 0;  ///< for VoidRule::value
 };
 
-/// A rectangle of pixels. Columns may run beyond the raster: wrapped where it closes around the earth, void elsewhere.
-struct PixelWindow {
-  std::int64_t x = 0, y = 0;
-  int columns = 0, rows = 0;
-};
-
 class Pixels {
  public:
   /// period: columns around the earth, 0 when the raster does not close.
   Pixels(const Dataset& dataset, const HeightRule& rule, int period);
 
-  /// Fills heights with window.columns * window.rows metres, row-major from the window's first line. What lies in the window
-  /// that was read before it is not read again: samples and pixels of a place are asked for one after the other.
+  /// What was read lately is then shared with others that read the raster of this number, instead of kept for this one alone.
+  void share(std::shared_ptr<SharedPixels> lately, std::size_t raster) { lately_ = std::move(lately), raster_ = raster; }
+
+  /// Fills heights with window.columns * window.rows metres, row-major from the window's first line. What was read lately is not
+  /// read again.
   proto::Result<void> read(const PixelWindow& window, std::vector<double>& heights);
 
   /// No pixel of the window can be anything but void, by the file's block table alone.
@@ -53,8 +54,8 @@ class Pixels {
   int lines_ = 0;                   ///< of a text grid, those that were read in their order
   bool torn_ = false;               ///< the next one could not be
   std::vector<std::uint8_t> mask_;  ///< scratch
-  PixelWindow known_;               ///< read last, unless it was too large; empty: nothing
-  std::vector<double> known_heights_;
+  std::shared_ptr<SharedPixels> lately_;
+  std::size_t raster_ = 0;  ///< its number there
 };
 
 }  // namespace cordillera::raster

@@ -34,6 +34,13 @@ LatticePlaces::Patch LatticePlaces::make(std::int64_t column, std::int64_t row) 
 }
 
 void LatticePlaces::row(std::int64_t j, double* x, double* y) {
+  if (placement_.straight_plate()) {
+    if (line_x_.empty()) line_x_.resize(static_cast<std::size_t>(columns_)), exact(west_, j, columns_, line_x_.data(), y);
+    double any_x = 0;
+    exact(west_, j, 1, &any_x, y);
+    std::ranges::copy(line_x_, x);
+    return std::fill(y + 1, y + columns_, y[0]);
+  }
   if (placement_.plate()) return exact(west_, j, columns_, x, y);  // two multiplications
   const std::int64_t row = std::min(j, lattice_.rows() - 1) / patch::kCells;
   const std::int64_t first = west_ / patch::kCells, around = lattice_.columns() / patch::kCells;

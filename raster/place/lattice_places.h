@@ -50,6 +50,7 @@ class LatticePlaces {
   patch::KnownPatches& known_;
   std::int64_t band_row_ = -1;  ///< of the patches that are kept
   std::vector<Patch> band_;     ///< eastward from the patch that holds west_
+  std::vector<double> line_x_;  ///< of every row, where columns are longitudes
 };
 
 }  // namespace cordillera::raster

@@ -45,7 +45,13 @@ patch::Patch PixelPlaces::make(std::int64_t column, std::int64_t row) const {
 }
 
 void PixelPlaces::row(std::int64_t j, double* x, double* y) {
-  if (placement_.plate()) {
+  if (placement_.straight_plate()) {
+    if (line_x_.empty()) line_x_.resize(static_cast<std::size_t>(columns_)), exact(first_, j, columns_, line_x_.data(), y);
+    double any_x = 0;
+    exact(first_, j, 1, &any_x, y);
+    std::ranges::copy(line_x_, x);
+    std::fill(y + 1, y + columns_, y[0]);
+  } else if (placement_.plate()) {
     exact(first_, j, columns_, x, y);  // two multiplications
   } else {
     const std::int64_t row = j / patch::kCells, first = first_ / patch::kCells;

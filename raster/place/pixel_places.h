@@ -33,6 +33,7 @@ class PixelPlaces {
   patch::KnownPatches& known_;
   std::int64_t band_row_ = -1;      ///< of the patches that are kept
   std::vector<patch::Patch> band_;  ///< eastward from the patch that holds first_
+  std::vector<double> line_x_;      ///< of every row, where columns are longitudes
 };
 
 }  // namespace cordillera::raster

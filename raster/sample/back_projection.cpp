@@ -229,6 +229,9 @@ class BackProjection final : public Source {
   proto::Result<void> nearest(std::span<const double> longitude_deg, std::span<const double> latitude_deg, double* out) override {
     return source_->nearest(longitude_deg, latitude_deg, out);
   }
+  proto::Result<void> nearest_in_cells(const proto::Lattice& lattice, const Window& cells, double* out) override {
+    return source_->nearest_in_cells(lattice, cells, out);
+  }
   proto::Result<std::vector<PixelPoint>> pixels(const proto::Lattice& lattice, const Window& cells) override {
     return source_->pixels(lattice, cells);
   }
@@ -236,6 +239,9 @@ class BackProjection final : public Source {
     return source_->decimate(most_pixels);
   }
   std::string datum_print() const override { return source_->datum_print(); }
+  void share_pixels(const std::shared_ptr<SharedPixels>& lately, std::size_t raster) override {
+    source_->share_pixels(lately, raster);
+  }
 
   proto::Result<proto::Samples> sample(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int32_t columns,
                                        std::int32_t rows) override {

@@ -48,8 +48,10 @@ class RasterSource : public Source {
   proto::Result<proto::Samples> sample(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int32_t columns,
                                        std::int32_t rows) override;
   proto::Result<void> nearest(std::span<const double> longitude_deg, std::span<const double> latitude_deg, double* out) override;
+  proto::Result<void> nearest_in_cells(const proto::Lattice& lattice, const Window& cells, double* out) override;
   proto::Result<std::vector<PixelPoint>> pixels(const proto::Lattice& lattice, const Window& cells) override;
   std::string datum_print() const override;
+  void share_pixels(const std::shared_ptr<SharedPixels>& lately, std::size_t raster) override { pixels_.share(lately, raster); }
   proto::Result<std::shared_ptr<const Decimation>> decimate(std::int64_t most_pixels) override;
 
   const Placement& placement() const { return *parts_.placement; }
@@ -73,6 +75,26 @@ class RasterSource : public Source {
   proto::Result<proto::Samples> sample_present(const proto::Lattice& lattice, std::int64_t west, std::int64_t south,
                                                std::int32_t columns, std::int32_t rows);
   double undulation_m(double latitude_deg, double longitude_deg) const;
+  /// Undulations at the vertices of a rectangle, and between them.
+  struct UndulationGrid {
+    int level = -1;  ///< of the lattice
+    std::int64_t west = 0, south = 0, columns = 0;
+    std::vector<double> at_m;  ///< by rows from the south
+    /// Those of undulations_m, or null where it does not hold all of them.
+    const double* row(const proto::Lattice& lattice, std::int64_t i, std::int64_t j, std::int32_t count) const;
+    /// x and y from the south-western vertex, 0 or more.
+    double operator()(double x, double y) const {
+      const auto left = static_cast<std::int64_t>(x), below = static_cast<std::int64_t>(y);
+      const double fx = x - static_cast<double>(left), fy = y - static_cast<double>(below);
+      const auto k = static_cast<std::size_t>(below * columns + left);
+      const double lower = at_m[k] + fx * (at_m[k + 1] - at_m[k]);
+      const auto up = k + static_cast<std::size_t>(columns);
+      const double upper = at_m[up] + fx * (at_m[up + 1] - at_m[up]);
+      return lower + fy * (upper - lower);
+    }
+  };
+  /// Into known_undulations_: of the vertices around the cells, and one more to the east and the north, for what lies on the rim.
+  void see_undulations(const proto::Lattice& lattice, const Window& cells);
   /// Of count vertices of row j, from column i eastward; 0 when the source's heights are ellipsoidal.
   const double* undulations_m(const proto::Lattice& lattice, std::int64_t i, std::int64_t j, std::int32_t count);
   /// Fills samples where nothing but lines of pixels is needed; false: sample by sample.
@@ -92,6 +114,10 @@ class RasterSource : public Source {
   struct PixelPlace {
     std::int64_t x = 0, y = 0;
   };
+  /// Nowhere, unless the raster has both of them.
+  static PixelPlace place_of(std::int64_t column, std::int64_t row);
+  std::int64_t pixel_column(double x) const;
+  std::int64_t pixel_row(double y) const;
   proto::Result<void> read_nearest(std::span<const PixelPlace> places, double* out);
 
   SourceParts parts_;
@@ -100,6 +126,7 @@ class RasterSource : public Source {
   PixelBlock block_;                                     ///< scratch
   std::vector<double> u_, v_;                            ///< scratch: places, indexed by sample; both NaN outside the raster
   std::vector<double> longitudes_, near_, undulations_;  ///< scratch
+  UndulationGrid known_undulations_;  ///< of the pixels asked for last: samples of that place are asked for next
   patch::KnownPatches vertex_patches_, pixel_patches_;
   std::optional<KernelFrame> frame_;  ///< of frame_level_
   int frame_level_ = -1;

@@ -45,6 +45,7 @@ double RasterSource::undulation_m(double latitude_deg, double longitude_deg) con
 }
 
 const double* RasterSource::undulations_m(const proto::Lattice& lattice, std::int64_t i, std::int64_t j, std::int32_t count) {
+  if (const double* const known = known_undulations_.row(lattice, i, j, count)) return known;
   undulations_.assign(static_cast<std::size_t>(count), 0);
   if (!parts_.datum.geoid) return undulations_.data();
   const double latitude = lattice.latitude_deg(j);
@@ -65,6 +66,24 @@ const double* RasterSource::undulations_m(const proto::Lattice& lattice, std::in
   for (std::size_t c = 0; c < near_.size(); ++c)
     if (is_tie(near_[c])) undulations_[c] = undulation_m(latitude, longitudes_[c]);
   return undulations_.data();
+}
+
+const double* RasterSource::UndulationGrid::row(const proto::Lattice& lattice, std::int64_t i, std::int64_t j,
+                                                std::int32_t count) const {
+  const bool holds = lattice.finest_level == level && i >= west && i + count <= west + columns && j >= south &&
+                     (j - south + 1) * columns <= static_cast<std::int64_t>(at_m.size());
+  return holds ? at_m.data() + (j - south) * columns + (i - west) : nullptr;
+}
+
+void RasterSource::see_undulations(const proto::Lattice& lattice, const Window& cells) {
+  UndulationGrid grid{lattice.finest_level, cells.west, cells.south, cells.east - cells.west + 2, {}};
+  grid.at_m.reserve(static_cast<std::size_t>(grid.columns * (cells.north - cells.south + 2)));
+  for (std::int64_t j = cells.south; j <= cells.north + 1; ++j) {
+    const double* const row_m =
+        undulations_m(lattice, cells.west, std::min(j, lattice.rows()), static_cast<std::int32_t>(grid.columns));
+    grid.at_m.insert(grid.at_m.end(), row_m, row_m + grid.columns);
+  }
+  known_undulations_ = std::move(grid);
 }
 
 /// Kernel's places of the columns from west, NaN where they are not wanted or lie outside.

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "raster/place/lattice_places.h"
 #include "raster/source/raster_source.h"
 
 namespace cordillera::raster {
@@ -14,18 +15,33 @@ constexpr double kEdge_px = 1e-6;
 
 /// The pixel of a coordinate whose whole numbers are edges.
 std::int64_t pixel_at(double at, int count, int period) {
-  if (!std::isfinite(at)) return kNowhere;
   if (period != 0) at -= period * std::floor((at + kEdge_px) / period);
-  const double pixel = std::floor(at + kEdge_px);
-  if (period == 0 && pixel == count && at <= count + kEdge_px) return count - 1;  // the raster's own far edge
-  return pixel >= 0 && pixel < count ? static_cast<std::int64_t>(pixel) : kNowhere;
+  const double beyond = at + kEdge_px;
+  if (!(beyond >= 0)) return kNowhere;
+  if (beyond < count) return static_cast<std::int64_t>(beyond);
+  return period == 0 && at <= count + kEdge_px ? count - 1 : kNowhere;  // the raster's own far edge
 }
 
 }  // namespace
 
+RasterSource::PixelPlace RasterSource::place_of(std::int64_t column, std::int64_t row) {
+  return column == kNowhere || row == kNowhere ? PixelPlace{kNowhere, kNowhere} : PixelPlace{column, row};
+}
+
 proto::Result<void> Source::nearest(std::span<const double> longitude_deg, std::span<const double>, double* out) {
   std::fill_n(out, longitude_deg.size(), std::numeric_limits<double>::quiet_NaN());
   return {};
+}
+
+proto::Result<void> Source::nearest_in_cells(const proto::Lattice& lattice, const Window& cells, double* out) {
+  std::vector<double> longitude_deg, latitude_deg;
+  for (std::int64_t j = cells.south; j < cells.north; ++j) {
+    for (std::int64_t i = cells.west; i < cells.east; ++i) {
+      longitude_deg.push_back(lattice.longitude_at_deg(static_cast<double>(i) + 0.5));
+      latitude_deg.push_back(lattice.latitude_deg(j) + lattice.cell_deg() / 2);
+    }
+  }
+  return nearest(longitude_deg, latitude_deg, out);
 }
 
 proto::Result<void> RasterSource::nearest(std::span<const double> longitude_deg, std::span<const double> latitude_deg,
@@ -34,13 +50,33 @@ proto::Result<void> RasterSource::nearest(std::span<const double> longitude_deg,
   parts_.placement->to_pixels(x.data(), y.data(), x.size());
   std::vector<PixelPlace> places;
   places.reserve(x.size());
-  for (std::size_t k = 0; k < x.size(); ++k) {
-    const std::int64_t column = pixel_at(x[k], parts_.dataset.columns, parts_.placement->period_px()),
-                       row = pixel_at(y[k], parts_.dataset.rows, 0);
-    places.push_back(column == kNowhere || row == kNowhere ? PixelPlace{kNowhere, kNowhere} : PixelPlace{column, row});
+  for (std::size_t k = 0; k < x.size(); ++k) places.push_back(place_of(pixel_column(x[k]), pixel_row(y[k])));
+  return read_nearest(places, out);
+}
+
+proto::Result<void> RasterSource::nearest_in_cells(const proto::Lattice& lattice, const Window& cells, double* out) {
+  const proto::Lattice halves{lattice.finest_level + 1};  // every second vertex of a lattice twice as fine is a middle
+  const auto wide = static_cast<std::size_t>(cells.east - cells.west);
+  std::vector<double> x(2 * wide - 1), y(x.size());
+  LatticePlaces middles(*parts_.placement, halves, 2 * cells.west + 1, static_cast<std::int32_t>(x.size()), vertex_patches_);
+  std::vector<PixelPlace> places;
+  places.reserve(wide * static_cast<std::size_t>(cells.north - cells.south));
+  std::vector<std::int64_t> columns(wide), rows(wide);
+  for (std::int64_t j = cells.south; j < cells.north; ++j) {
+    middles.row(2 * j + 1, x.data(), y.data());
+    const bool straight = parts_.placement->straight_plate();
+    for (std::size_t c = 0; c < wide && (!straight || j == cells.south); ++c) columns[c] = pixel_column(x[2 * c]);
+    rows[0] = pixel_row(y[0]);
+    for (std::size_t c = 1; c < wide; ++c) rows[c] = straight ? rows[0] : pixel_row(y[2 * c]);
+    for (std::size_t c = 0; c < wide; ++c) places.push_back(place_of(columns[c], rows[c]));
   }
   return read_nearest(places, out);
 }
+
+std::int64_t RasterSource::pixel_column(double x) const {
+  return pixel_at(x, parts_.dataset.columns, parts_.placement->period_px());
+}
+std::int64_t RasterSource::pixel_row(double y) const { return pixel_at(y, parts_.dataset.rows, 0); }
 
 proto::Result<void> RasterSource::read_nearest(std::span<const PixelPlace> places, double* out) {
   std::fill_n(out, places.size(), std::numeric_limits<double>::quiet_NaN());

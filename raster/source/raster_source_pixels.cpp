@@ -13,22 +13,6 @@ namespace {
 /// Up to cells of this size undulations between vertices are interpolated: the geoid bends by less than a millimetre there.
 constexpr double kLevelGeoid_deg = 0.003;
 
-/// Undulations at the vertices of a rectangle, and between them.
-struct UndulationGrid {
-  std::int64_t columns = 0;
-  std::vector<double> at_m;  ///< by rows from the south
-  /// x and y from the south-western vertex, 0 or more.
-  double operator()(double x, double y) const {
-    const auto left = static_cast<std::int64_t>(x), below = static_cast<std::int64_t>(y);
-    const double fx = x - static_cast<double>(left), fy = y - static_cast<double>(below);
-    const auto k = static_cast<std::size_t>(below * columns + left);
-    const double lower = at_m[k] + fx * (at_m[k + 1] - at_m[k]);
-    const auto up = k + static_cast<std::size_t>(columns);
-    const double upper = at_m[up] + fx * (at_m[up + 1] - at_m[up]);
-    return lower + fy * (upper - lower);
-  }
-};
-
 /// Least and greatest of one axis of a net of places, and how much it may bend between them.
 struct Reach {
   double low = std::numeric_limits<double>::infinity(), high = -low, bend = 0;
@@ -94,14 +78,9 @@ proto::Result<std::vector<PixelPoint>> RasterSource::pixels(const proto::Lattice
   std::vector<PixelWindow> windows = pixels_around(lattice, cells);
   std::erase_if(windows, [this](const PixelWindow& around) { return pixels_.certainly_void(around); });
   if (windows.empty()) return out;
-  UndulationGrid undulations{cells.east - cells.west + 2, {}};  // one more, for what lies on the rim
   const bool level_geoid = parts_.datum.geoid && lattice.cell_deg() <= kLevelGeoid_deg;
-  if (level_geoid) undulations.at_m.reserve(static_cast<std::size_t>(undulations.columns * (cells.north - cells.south + 2)));
-  for (std::int64_t j = cells.south; level_geoid && j <= cells.north + 1; ++j) {
-    const double* const row_m =
-        undulations_m(lattice, cells.west, std::min(j, lattice.rows()), static_cast<std::int32_t>(undulations.columns));
-    undulations.at_m.insert(undulations.at_m.end(), row_m, row_m + undulations.columns);
-  }
+  if (level_geoid) see_undulations(lattice, cells);
+  const UndulationGrid& undulations = known_undulations_;
   const auto height_m = [&](double pixel_m, double x, double y) {
     if (!parts_.datum.geoid) return pixel_m;
     if (level_geoid) return pixel_m + undulations(x, y);

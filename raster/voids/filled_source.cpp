@@ -19,10 +19,16 @@ class FilledSource final : public Source {
   proto::Result<void> nearest(std::span<const double> longitude_deg, std::span<const double> latitude_deg, double* out) override {
     return source_->nearest(longitude_deg, latitude_deg, out);
   }
+  proto::Result<void> nearest_in_cells(const proto::Lattice& lattice, const Window& cells, double* out) override {
+    return source_->nearest_in_cells(lattice, cells, out);
+  }
   proto::Result<std::vector<PixelPoint>> pixels(const proto::Lattice& lattice, const Window& cells) override {
     return source_->pixels(lattice, cells);
   }
   std::string datum_print() const override { return source_->datum_print(); }
+  void share_pixels(const std::shared_ptr<SharedPixels>& lately, std::size_t raster) override {
+    source_->share_pixels(lately, raster);
+  }
   proto::Result<std::shared_ptr<const Decimation>> decimate(std::int64_t most_pixels) override {
     return source_->decimate(most_pixels);
   }

@@ -1,0 +1,29 @@
+#pragma once
+// Where the members of a mosaic lie, on lattices of every level.
+#include <cstdint>
+
+#include "raster/source.h"
+
+namespace cordillera::raster {
+
+/// Lattice whose windows tell where a member of a mosaic lies: windows of coarser lattices follow from it.
+inline constexpr proto::Lattice kMemberLattice{proto::kMaxLevel};
+
+/// The lattice vertices of a coarser lattice inside a member's window; empty (west > east) when there are none.
+Source::Window coarser(const Source::Window& window, const proto::Lattice& lattice);
+
+/// Whether two windows of a lattice share a vertex; columns are taken modulo the circle.
+bool touch(const Source::Window& a, const Source::Window& b, const proto::Lattice& lattice);
+
+/// Whether its heights are those of points, the centres of its pixels.
+bool is_of_points(const proto::Source& source);
+
+/// How many vertices of the lattice away the pixels of a member may change a height of another: where both were cut from one
+/// grid, the outermost half pixels of one are interpolated to the other's.
+std::int64_t reach_beyond(const proto::Source& source, const proto::Lattice& lattice);
+
+/// How far a feather reaches, in vertices of the lattice; at most kMostFeather.
+int feather_vertices(double feather_m, const proto::Lattice& lattice);
+inline constexpr int kMostFeather = 256;
+
+}  // namespace cordillera::raster
