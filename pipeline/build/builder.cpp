@@ -92,8 +92,8 @@ proto::Result<void> Builder::prepare() {
   // With the plan as it is: its targets may be changed meanwhile.
   const auto open = [open = open_, plan = plan_, pixels] {
     auto source = open();
+    if (source.ok() && *source) (*source)->share_pixels(pixels, 0);  // merges have none
     if (source.ok()) source = source_of_tiles(plan, std::move(*source));
-    if (source.ok()) (*source)->share_pixels(pixels, 0);
     return source;
   };
   if (const auto begun = sources_.open(workers_.threads(), open); !begun.ok()) return begun;

@@ -90,4 +90,19 @@ inline proto::Result<void> in_flight(std::size_t count, const std::function<std:
   return {};
 }
 
+/// The same, but each is taken as it ends: where their order is no matter, none waits for one that takes longer.
+inline proto::Result<void> in_flight_as_they_end(std::size_t count, const std::function<std::size_t()>& at_once,
+                                                 const std::function<proto::Result<FinishedTask>(std::size_t)>& make,
+                                                 const std::function<proto::Result<void>(FinishedTask&&)>& take) {
+  RunningTasks running(make);
+  for (std::size_t next = 0; next < count || running.count() > 0;) {
+    const std::size_t most = at_once();
+    while (next < count && running.count() < most) running.begin(next++);
+    auto made = running.ended().second;
+    if (!made.ok()) return made.problem();
+    if (auto taken = take(std::move(made).value()); !taken.ok()) return taken;
+  }
+  return {};
+}
+
 }  // namespace cordillera::pipeline

@@ -67,7 +67,7 @@ constexpr auto kTurn = std::chrono::seconds(60), kTurnBeforeOthers = std::chrono
 constexpr auto kBetweenLooks = std::chrono::milliseconds(5);
 
 using MakeBlock = std::function<proto::Result<FinishedTask>(const proto::TileAddress&)>;
-using TakeBlock = std::function<proto::Result<void>(std::size_t, FinishedTask&&)>;
+using TakeBlock = std::function<proto::Result<void>(FinishedTask&&)>;
 
 /// Those of the blocks that somebody looks at. In the end all of them; or kPaused, kTurnIsOver.
 proto::Result<void> build_looked_at(const Site& site, const std::vector<proto::TileAddress>& blocks, BlockOrder& order,
@@ -105,7 +105,7 @@ proto::Result<void> build_looked_at(const Site& site, const std::vector<proto::T
     if (!ended) continue;
     auto& [k, task] = *ended;
     if (!task.ok()) return task.problem();
-    if (auto taken = take(k, std::move(task).value()); !taken.ok()) return taken;
+    if (auto taken = take(std::move(task).value()); !taken.ok()) return taken;
     if (has_tiles(blocks[k])) --left;
     made = Clock::now();
   }
@@ -143,7 +143,7 @@ proto::Result<void> build_blocks(const Site& site, const std::vector<proto::Tile
     tell(1);
     return task;
   };
-  const auto take = [&](std::size_t, FinishedTask&& task) {
+  const auto take = [&](FinishedTask&& task) {
     auto committed = commit(site, task);
     if (committed.ok()) site.teller.committed_block();
     task.mesh.reset();  // a follower shows tiles
@@ -157,7 +157,7 @@ proto::Result<void> build_blocks(const Site& site, const std::vector<proto::Tile
     site.shop.builder.gather_for_merge();
   BlockOrder order(blocks, site.follower);
   auto built = lazy ? build_looked_at(site, blocks, order, make, take)
-                    : in_flight(
+                    : in_flight_as_they_end(
                           blocks.size(), [&] { return site.shop.builder.tasks_at_once() + site.shop.builder.tasks_ahead(); },
                           [&](std::size_t) { return make(blocks[order.next()]); }, take);
   if (built.ok()) site.teller.tell(total);  // parts add up to it but for rounding

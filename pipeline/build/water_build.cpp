@@ -141,12 +141,13 @@ proto::Result<void> build_water_above(const proto::Plan& plan, StoreWriter& stor
     std::string packed = store.water(node);
     if (!packed.empty()) below.push_back({node, std::move(packed)});
   }
+  std::vector<TileWater> above;
   for (int z = blocks - 1; z >= static_cast<int>(plan.min_level()) && !below.empty(); --z) {
     if (stop) return kCancelled;
     below = parents(below);
-    if (auto put = store.put_water(below); !put.ok()) return put;
+    above.insert(above.end(), below.begin(), below.end());
   }
-  return {};
+  return store.put_water(above);  // at once: a disk takes its time for each
 }
 
 }  // namespace cordillera::pipeline

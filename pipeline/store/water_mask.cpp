@@ -27,7 +27,7 @@ std::string pack_water(const WaterPixels& pixels) {
   if (one_value) return pixels[0] == 0 ? std::string() : std::string(1, static_cast<char>(pixels[0]));
   uLongf bytes = compressBound(pixels.size());
   std::string out(bytes, '\0');
-  if (compress2(reinterpret_cast<Bytef*>(out.data()), &bytes, pixels.data(), pixels.size(), Z_BEST_COMPRESSION) != Z_OK) {
+  if (compress2(reinterpret_cast<Bytef*>(out.data()), &bytes, pixels.data(), pixels.size(), Z_DEFAULT_COMPRESSION) != Z_OK) {
     throw std::logic_error("zlib could not compress a water mask");
   }
   out.resize(bytes);

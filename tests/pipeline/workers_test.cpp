@@ -187,6 +187,52 @@ TEST(InFlight, TasksAreTakenInOrderAndNoMoreAreMadeAtOnce) {
   EXPECT_LE(most, 4);
 }
 
+TEST(InFlight, WhoTakesThemAsTheyEndDoesNotWaitForTheFirst) {
+  std::promise<void> second_is_taken;
+  std::atomic<bool> waited_in_vain{false};
+  std::vector<std::int32_t> taken;
+  const auto all = in_flight_as_they_end(
+      5, [] { return 2; },
+      [&](std::size_t k) -> proto::Result<FinishedTask> {
+        if (k == 0) waited_in_vain = second_is_taken.get_future().wait_for(std::chrono::seconds(60)) != std::future_status::ready;
+        FinishedTask task;
+        task.node = {5, static_cast<std::int32_t>(k), 0};
+        return task;
+      },
+      [&](FinishedTask&& task) -> proto::Result<void> {
+        taken.push_back(task.node.x);
+        if (task.node.x == 1) second_is_taken.set_value();
+        return {};
+      });
+  EXPECT_TRUE(all.ok());
+  EXPECT_FALSE(waited_in_vain);
+  std::sort(taken.begin(), taken.end());
+  EXPECT_EQ(taken, (std::vector<std::int32_t>{0, 1, 2, 3, 4}));
+}
+
+TEST(InFlight, AProblemOfWhatIsTakenAsItEndsEndsAll) {
+  const auto make = [](std::size_t) -> proto::Result<FinishedTask> { return FinishedTask{}; };
+  const auto broken = in_flight_as_they_end(
+      1000, [] { return 3; },
+      [](std::size_t k) -> proto::Result<FinishedTask> {
+        if (k == 7) return proto::Problem{"raster-damaged", "the seventh", "", ""};
+        return FinishedTask{};
+      },
+      [](FinishedTask&&) -> proto::Result<void> { return {}; });
+  ASSERT_FALSE(broken.ok());
+  EXPECT_EQ(broken.problem().detail, "the seventh");
+  std::size_t taken = 0;
+  const auto refused = in_flight_as_they_end(
+      1000, [] { return 3; }, make,
+      [&](FinishedTask&&) -> proto::Result<void> {
+        if (++taken == 4) return proto::Problem{"disk-full", "the fourth", "", ""};
+        return {};
+      });
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.problem().detail, "the fourth");
+  EXPECT_EQ(taken, 4u);
+}
+
 TEST(InFlight, ThoseThatEndMakeRoomThoughTheFirstGoesOn) {
   std::promise<void> fifth;
   std::size_t taken = 0;
