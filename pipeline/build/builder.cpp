@@ -18,7 +18,6 @@
 #include "pipeline/plan/plan.h"
 #include "pipeline/tile/chain.h"
 #include "pipeline/tile/mesh_record.h"
-#include "raster/pixels/shared_pixels.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -87,10 +86,10 @@ proto::Result<void> Builder::prepare() {
     const std::size_t on_gpu = at_once(kMostOnGpu), turns = std::min(on_gpu, kTurnsOfGpu);
     exact_.open(room_.device, {at_once(kMostOnCpu), 1}, {turns, on_gpu / turns});
   }
-  const auto pixels =
-      std::make_shared<raster::SharedPixels>(memory_for_pixels(plan_, tasks_at_once() + tasks_ahead() + 1, room_.memory_mib));
+  const std::size_t on_their_way = tasks_at_once() + tasks_ahead() + 1;
+  pixels_ = std::make_shared<raster::SharedPixels>(memory_for_pixels(plan_, on_their_way, room_.memory_mib));
   // With the plan as it is: its targets may be changed meanwhile.
-  const auto open = [open = open_, plan = plan_, pixels] {
+  const auto open = [open = open_, plan = plan_, pixels = pixels_] {
     auto source = open();
     if (source.ok() && *source) (*source)->share_pixels(pixels, 0);  // merges have none
     if (source.ok()) source = source_of_tiles(plan, std::move(*source));
@@ -100,6 +99,11 @@ proto::Result<void> Builder::prepare() {
   if (const auto mask = water_.open(); !mask.ok()) return mask;
   if (plan_.exact() && (!has_levels_above(plan_) || merged_at_once(plan_))) return {};
   return tiles_.open(room_.device, plan_.exact() ? gpu::kStrategies.front() : named_strategy(plan_.options()));
+}
+
+void Builder::use(const proto::Plan& plan, bool alone) {
+  plan_ = plan, alone_ = alone;
+  if (pixels_) pixels_->clear();  // what is built again is to take as long
 }
 
 proto::Result<void> Builder::opened() const { return plan_.exact() ? exact_.opened() : proto::Result<void>(); }
@@ -316,6 +320,7 @@ void Builder::gather_for_merge() {
 }
 
 proto::Result<FinishedTask> Builder::merge_at_once(const ChildMesh& mesh_of, const std::function<void(double)>& share) {
+  pixels_->clear();
   if (by_regions()) {
     exact_.give_back_memory();  // of a large ground's it is a good part
     return build_regions_above(plan_, mesh_of,

@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <functional>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -19,6 +20,7 @@
 #include "pipeline/store/store.h"
 #include "pipeline/threads/workers.h"
 #include "pipeline/tile/tile_mesh.h"
+#include "raster/pixels/shared_pixels.h"
 #include "raster/source.h"
 
 namespace cordillera::pipeline {
@@ -46,7 +48,7 @@ class Builder {
   std::string device() const;          ///< where tiles are made now: a GPU that fails gives way to the CPU, and the words say so
   /// The targets are in the plan's copy that the caller changed: take them over. alone: nodes are samples of a dry run, each for
   /// itself.
-  void use(const proto::Plan& plan, bool alone = false) { plan_ = plan, alone_ = alone; }
+  void use(const proto::Plan& plan, bool alone = false);
 
   // Tasks may be made side by side, each in a thread of its own; they share the workers.
 
@@ -98,6 +100,7 @@ class Builder {
   OpenSource open_;
   const Room room_;
   const std::atomic<bool>& stop_;
+  std::shared_ptr<raster::SharedPixels> pixels_;  ///< of all sources; null before prepare()
   WorkerSources sources_;
   BlockWater water_;
   class BlockRoom;  ///< of a block that goes on after it was read

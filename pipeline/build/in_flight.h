@@ -90,19 +90,25 @@ inline proto::Result<void> in_flight(std::size_t count, const std::function<std:
   return {};
 }
 
-/// The same, but each is taken as it ends: where their order is no matter, none waits for one that takes longer.
+/// The same, but each is taken as it ends: where their order is no matter, none waits for one that takes longer. After a problem
+/// none begins, and those under way are still taken; of several problems the one of the least k is told.
 inline proto::Result<void> in_flight_as_they_end(std::size_t count, const std::function<std::size_t()>& at_once,
                                                  const std::function<proto::Result<FinishedTask>(std::size_t)>& make,
                                                  const std::function<proto::Result<void>(FinishedTask&&)>& take) {
   RunningTasks running(make);
-  for (std::size_t next = 0; next < count || running.count() > 0;) {
+  std::map<std::size_t, proto::Problem> problems;
+  for (std::size_t next = 0;;) {
     const std::size_t most = at_once();
-    while (next < count && running.count() < most) running.begin(next++);
-    auto made = running.ended().second;
-    if (!made.ok()) return made.problem();
+    while (problems.empty() && next < count && running.count() < most) running.begin(next++);
+    if (running.count() == 0) break;
+    auto [k, made] = running.ended();
+    if (!made.ok()) {
+      problems.emplace(k, made.problem());
+      continue;
+    }
     if (auto taken = take(std::move(made).value()); !taken.ok()) return taken;
   }
-  return {};
+  return problems.empty() ? proto::Result<void>() : problems.begin()->second;
 }
 
 }  // namespace cordillera::pipeline

@@ -139,7 +139,7 @@ proto::Result<void> build_blocks(const Site& site, const std::vector<proto::Tile
     }
     auto task = site.shop.builder.block(node, tell, finest);
     if (!task.ok()) return task;
-    site.store.keep(*task);  // it takes longer than the rest of a commit, which waits for those before it
+    site.store.keep(*task);  // it takes longer than the rest of a commit, which is for one thread
     tell(1);
     return task;
   };

@@ -23,6 +23,13 @@ Window coarser(const Window& window, const proto::Lattice& lattice) {
           floor_divide(window.east + rim, units), std::min(lattice.rows(), floor_divide(window.north + rim, units))};
 }
 
+Window middles_of(const Window& cells, const proto::Lattice& lattice) {
+  const std::int64_t units = std::int64_t{1} << (proto::kMaxLevel - lattice.finest_level);
+  const auto first = [&](std::int64_t vertex) { return floor_divide((2 * vertex + 1) * units, 2); };
+  const auto last = [&](std::int64_t vertex) { return -floor_divide((1 - 2 * vertex) * units, 2); };
+  return {first(cells.west), first(cells.south), last(cells.east), last(cells.north)};
+}
+
 bool touch(const Window& a, const Window& b, const proto::Lattice& lattice) {
   if (a.west > a.east || b.west > b.east || a.south > b.north || b.south > a.north) return false;
   return modulo(b.west - a.west, lattice.columns()) <= a.east - a.west ||

@@ -12,6 +12,9 @@ inline constexpr proto::Lattice kMemberLattice{proto::kMaxLevel};
 /// The lattice vertices of a coarser lattice inside a member's window; empty (west > east) when there are none.
 Source::Window coarser(const Source::Window& window, const proto::Lattice& lattice);
 
+/// The window of kMemberLattice around the middles of all cells of another lattice between the window's vertices.
+Source::Window middles_of(const Source::Window& cells, const proto::Lattice& lattice);
+
 /// Whether two windows of a lattice share a vertex; columns are taken modulo the circle.
 bool touch(const Source::Window& a, const Source::Window& b, const proto::Lattice& lattice);
 

@@ -82,9 +82,8 @@ class Mosaic final : public Source {
   }
   proto::Result<void> nearest_in_cells(const proto::Lattice& lattice, const Window& cells, double* out) override {
     const std::span<double> all(out, static_cast<std::size_t>((cells.east - cells.west) * (cells.north - cells.south)));
-    return uppermost(
-        under(cells, lattice), [&](Source& source, double* values) { return source.nearest_in_cells(lattice, cells, values); },
-        all);
+    const auto ask = [&](Source& source, double* values) { return source.nearest_in_cells(lattice, cells, values); };
+    return all.empty() ? proto::Result<void>() : uppermost(under(middles_of(cells, lattice), kMemberLattice), ask, all);
   }
 
   void share_pixels(const std::shared_ptr<SharedPixels>& lately, std::size_t /*raster*/) override { lately_ = lately; }

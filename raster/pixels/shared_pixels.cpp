@@ -31,14 +31,21 @@ bool SharedPixels::read(std::size_t raster, const PixelWindow& window, std::vect
 }
 
 void SharedPixels::keep(std::size_t raster, const PixelWindow& window, const std::vector<double>& heights) {
-  const auto bytes_of = [](const Kept& kept) { return kept.heights.size() * sizeof(double); };
+  constexpr std::size_t kMany = 8, kSmall = 2 << 20;
+  const auto bytes_of = [](const PixelWindow& w) { return w.count() * sizeof(double); };
+  const std::size_t bytes = bytes_of(window);
+  if (bytes > std::max(most_bytes_ / kMany, std::min(most_bytes_, kSmall))) return;
   auto kept = std::make_shared<const Kept>(Kept{raster, window, heights});
-  const std::size_t bytes = bytes_of(*kept);
   const std::lock_guard lock(mutex_);
-  if (bytes > most_bytes_) return;
-  for (; bytes_ + bytes > most_bytes_; kept_.pop_back()) bytes_ -= bytes_of(*kept_.back());
+  for (; bytes_ + bytes > most_bytes_; kept_.pop_back()) bytes_ -= bytes_of(kept_.back()->window);
   bytes_ += bytes;
   kept_.push_front(std::move(kept));
+}
+
+void SharedPixels::clear() {
+  const std::lock_guard lock(mutex_);
+  kept_.clear();
+  bytes_ = 0;
 }
 
 }  // namespace cordillera::raster

@@ -20,8 +20,11 @@ class SharedPixels {
   /// Fills heights with the window's pixels, by rows, where windows that were kept of this raster cover it: each row is in one of
   /// them. Else false, and heights is anything.
   bool read(std::size_t raster, const PixelWindow& window, std::vector<double>& heights) const;
-  /// raster: its number among those of the build; every handle on it gives the same pixels. heights: as read() gives them.
+  /// raster: its number among those of the build; every handle on it gives the same pixels. heights: as read() gives them. A
+  /// window that would drive out many others is not kept.
   void keep(std::size_t raster, const PixelWindow& window, const std::vector<double>& heights);
+  /// When nobody will ask for pixels for a while.
+  void clear();
 
  private:
   struct Kept {

@@ -230,7 +230,9 @@ proto::Result<proto::Samples> RasterSource::sample(const proto::Lattice& lattice
   if (count == 0 || empty(lattice, west, south, columns, rows))
     return proto::Samples{
         west, south, columns, rows, std::vector<std::int32_t>(count, proto::kNoHeight), std::vector<std::uint8_t>(count, 0)};
-  return sample_present(lattice, west, south, columns, rows);
+  auto samples = sample_present(lattice, west, south, columns, rows);
+  known_undulations_ = {};  // megabytes, of each raster of a mosaic that is open
+  return samples;
 }
 
 proto::Result<std::shared_ptr<const Decimation>> RasterSource::decimate(std::int64_t most_pixels) {

@@ -55,6 +55,7 @@ proto::Result<void> RasterSource::nearest(std::span<const double> longitude_deg,
 }
 
 proto::Result<void> RasterSource::nearest_in_cells(const proto::Lattice& lattice, const Window& cells, double* out) {
+  if (cells.west >= cells.east || cells.south >= cells.north) return {};
   const proto::Lattice halves{lattice.finest_level + 1};  // every second vertex of a lattice twice as fine is a middle
   const auto wide = static_cast<std::size_t>(cells.east - cells.west);
   std::vector<double> x(2 * wide - 1), y(x.size());
