@@ -30,6 +30,14 @@ Window middles_of(const Window& cells, const proto::Lattice& lattice) {
   return {first(cells.west), first(cells.south), last(cells.east), last(cells.north)};
 }
 
+Window around(std::span<const double> longitude_deg, std::span<const double> latitude_deg) {
+  const auto [west, east] = std::minmax_element(longitude_deg.begin(), longitude_deg.end());
+  const auto [south, north] = std::minmax_element(latitude_deg.begin(), latitude_deg.end());
+  const double cells_a_degree = 1 / kMemberLattice.cell_deg();
+  const auto low = [&](double deg) { return static_cast<std::int64_t>(std::floor(deg * cells_a_degree)); };
+  return {low(*west + 180), low(*south + 90), low(*east + 180) + 1, low(*north + 90) + 1};
+}
+
 bool touch(const Window& a, const Window& b, const proto::Lattice& lattice) {
   if (a.west > a.east || b.west > b.east || a.south > b.north || b.south > a.north) return false;
   return modulo(b.west - a.west, lattice.columns()) <= a.east - a.west ||

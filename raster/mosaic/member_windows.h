@@ -1,6 +1,7 @@
 #pragma once
 // Where the members of a mosaic lie, on lattices of every level.
 #include <cstdint>
+#include <span>
 
 #include "raster/source.h"
 
@@ -11,6 +12,9 @@ inline constexpr proto::Lattice kMemberLattice{proto::kMaxLevel};
 
 /// The lattice vertices of a coarser lattice inside a member's window; empty (west > east) when there are none.
 Source::Window coarser(const Source::Window& window, const proto::Lattice& lattice);
+
+/// The window of kMemberLattice that holds places, one or more.
+Source::Window around(std::span<const double> longitude_deg, std::span<const double> latitude_deg);
 
 /// The window of kMemberLattice around the middles of all cells of another lattice between the window's vertices.
 Source::Window middles_of(const Source::Window& cells, const proto::Lattice& lattice);

@@ -5,8 +5,10 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 #include <span>
 
+#include "proto/integers.h"
 #include "proto/lru.h"
 #include "raster/mosaic/all_void.h"
 #include "raster/mosaic/blend.h"
@@ -15,6 +17,7 @@
 #include "raster/mosaic/sheets.h"
 #include "raster/mosaic/window_index.h"
 #include "raster/open/raster_state.h"
+#include "raster/pixels/decimation.h"
 
 namespace cordillera::raster {
 namespace {
@@ -99,8 +102,10 @@ class Mosaic final : public Source {
     const auto surface = laid(lattice, cells, under(with_feather(cells, lattice), lattice));
     if (!surface.ok()) return surface.problem();
     const proto::Samples& there = surface->samples;
+    const std::set<std::size_t> owners(surface->owners.begin(), surface->owners.end());
     std::vector<PixelPoint> out;
     for (const std::size_t layer : layers) {
+      if (is_hidden(layer, owners)) continue;
       auto source = opened(layer);
       if (!source.ok()) return source.problem();
       const auto own = (*source)->pixels(lattice, cells);
@@ -124,21 +129,14 @@ class Mosaic final : public Source {
   }
 
  private:
-  /// The window of kMemberLattice that holds places.
-  static Window around(std::span<const double> longitude_deg, std::span<const double> latitude_deg) {
-    const auto [west, east] = std::minmax_element(longitude_deg.begin(), longitude_deg.end());
-    const auto [south, north] = std::minmax_element(latitude_deg.begin(), latitude_deg.end());
-    const double cells_a_degree = 1 / kMemberLattice.cell_deg();
-    const auto low = [&](double deg) { return static_cast<std::int64_t>(std::floor(deg * cells_a_degree)); };
-    return {low(*west + 180), low(*south + 90), low(*east + 180) + 1, low(*north + 90) + 1};
-  }
-
-  /// Of each place what the first of the layers says that has something there. ask: one layer, of all places.
+  /// Of each place what the first of the layers says that has something there. ask: one layer, of all places. None that is wholly
+  /// hidden is asked.
   template <class Ask>
   proto::Result<void> uppermost(const std::vector<std::size_t>& layers, const Ask& ask, std::span<double> out) {
     std::ranges::fill(out, std::numeric_limits<double>::quiet_NaN());
     std::vector<double> values(out.size());
     for (const std::size_t layer : layers) {
+      if (std::ranges::none_of(out, [](double value) { return std::isnan(value); })) break;
       auto source = opened(layer);
       if (!source.ok()) return source.problem();
       if (auto done = ask(**source, values.data()); !done.ok()) return done.problem();
@@ -148,13 +146,17 @@ class Mosaic final : public Source {
     return {};
   }
 
+  /// The vertices at which a member may have data.
+  Window reach_of(std::size_t member, const proto::Lattice& lattice) const {
+    const MosaicMember& m = members_[member];
+    return widened(coarser(m.window, lattice), members_.size() > 1 ? reach_of_points(m.description, lattice) : 0);
+  }
+
   /// Members that may have data in the window, the one that wins first.
   std::vector<std::size_t> under(const Window& window, const proto::Lattice& lattice) const {
     std::vector<std::size_t> found;
     for (std::size_t k = 0; k < members_.size(); ++k) {
-      const Window own = coarser(members_[k].window, lattice);
-      const std::int64_t reach = members_.size() > 1 ? reach_of_points(members_[k].description, lattice) : 0;
-      if (touch(widened(own, reach), window, lattice)) found.push_back(k);
+      if (touch(reach_of(k, lattice), window, lattice)) found.push_back(k);
     }
     return found;
   }
@@ -176,10 +178,22 @@ class Mosaic final : public Source {
   }
   std::size_t sheet_of(std::size_t member) const { return sheets_.empty() ? 0 : sheets_[member]; }
 
-  /// Of members that are of one map: the data of the first that has some.
+  /// Whether the member may have data where nobody has any yet. owners: of the vertices of a window.
+  bool may_add(std::size_t member, std::span<const std::size_t> owners, const Window& w, const proto::Lattice& lattice) const {
+    const Window own = reach_of(member, lattice);
+    for (std::int64_t j = std::max(own.south, w.south); j <= std::min(own.north, w.north); ++j) {
+      const std::size_t* const row = owners.data() + (j - w.south) * (w.east - w.west + 1);
+      for (std::int64_t i = w.west; i <= w.east; ++i)
+        if (row[i - w.west] == kNobody && proto::modulo(i - own.west, lattice.columns()) <= own.east - own.west) return true;
+    }
+    return false;
+  }
+
+  /// Of members that are of one map: the data of the first that has some. None that is wholly hidden is read.
   proto::Result<Laid> one_map(const proto::Lattice& lattice, const Window& w, std::span<const std::size_t> layers) {
     Laid map(w);
     for (const std::size_t layer : layers) {
+      if (!may_add(layer, map.owners, w, lattice)) continue;
       auto source = opened(layer);
       if (!source.ok()) return source.problem();
       const auto own = (*source)->sample(lattice, w.west, w.south, map.samples.columns, map.samples.rows);
@@ -228,8 +242,15 @@ class Mosaic final : public Source {
     return kept;
   }
 
+  /// All of a member's pixels, without opening it.
+  PixelWindow pixels_of(std::size_t member) const {
+    const MosaicMember& m = members_[member];
+    if (m.decimation) return {0, 0, m.decimation->columns, m.decimation->rows};
+    return {0, 0, static_cast<int>(m.description.columns()), static_cast<int>(m.description.rows())};
+  }
+
   /// The members whose pixels go on those of this one.
-  proto::Result<std::vector<GridNeighbour>> neighbours_of(std::size_t member) {
+  const std::vector<GridNeighbour>& neighbours_of(std::size_t member) {
     const auto known = neighbours_.find(member);
     if (known != neighbours_.end()) return known->second;
     constexpr std::int64_t kBeside = 2;
@@ -243,10 +264,8 @@ class Mosaic final : public Source {
       const std::int64_t apart = reach_of_points(is_of_points(own) ? own : next, kMemberLattice);
       if (!touch(members_[k].window, widened(members_[member].window, kBeside + apart), kMemberLattice)) continue;
       const auto shift = shift_on_grid(members_[member].grid, members_[k].grid);
-      if (!shift) continue;
-      const auto other = opened(k);
-      if (!other.ok()) return other.problem();
-      found.push_back({k, *shift, (*other)->all_pixels()});
+      if (!shift || lies_within(pixels_of(k), *shift, pixels_of(member))) continue;
+      found.push_back({k, *shift, pixels_of(k)});
     }
     return neighbours_[member] = std::move(found);
   }
@@ -265,12 +284,20 @@ class Mosaic final : public Source {
     return true;
   }
 
+  /// Whether another member's pixels go on those of this one.
+  bool goes_on(std::size_t member, std::size_t other) {
+    return std::ranges::any_of(neighbours_of(member), [&](const GridNeighbour& next) { return next.member == other; });
+  }
+
+  /// Whether no pixel of a layer shapes the surface between vertices of these owners.
+  bool is_hidden(std::size_t layer, const std::set<std::size_t>& owners) {
+    return !owners.contains(layer) && !owners.contains(kNobody) &&
+           std::ranges::none_of(owners, [&](std::size_t owner) { return owner != kSeveral && goes_on(owner, layer); });
+  }
+
   /// Whether a member's heights are interpolated to a pixel of another: both are of one grid, and it has none there itself.
   proto::Result<bool> reads_across(std::size_t member, std::size_t other, Place pixel) {
-    const auto neighbours = neighbours_of(member);
-    if (!neighbours.ok()) return neighbours.problem();
-    if (std::none_of(neighbours->begin(), neighbours->end(), [&](const GridNeighbour& next) { return next.member == other; }))
-      return false;
+    if (!goes_on(member, other)) return false;
     const auto source = opened(member);
     if (!source.ok()) return source.problem();
     (*source)->placement().to_pixels(&pixel.longitude_deg, &pixel.latitude_deg, 1);
@@ -282,9 +309,7 @@ class Mosaic final : public Source {
   /// Pixels of the window beyond the member's sides, from those that go on with them: of the first that has one.
   proto::Result<void> read_beyond(std::size_t member, const PixelWindow& all, const PixelWindow& window,
                                   std::vector<double>& heights) {
-    const auto neighbours = neighbours_of(member);
-    if (!neighbours.ok()) return neighbours.problem();
-    return fill_beyond(all, *neighbours, window, heights,
+    return fill_beyond(all, neighbours_of(member), window, heights,
                        [this](std::size_t other, const PixelWindow& part, std::vector<double>& out) -> proto::Result<void> {
                          const auto source = opened(other);
                          return source.ok() ? (*source)->own_pixels(part, out) : source.problem();

@@ -36,6 +36,10 @@ std::optional<PixelShift> shift_on_grid(const PixelGrid& a, const PixelGrid& b) 
   return PixelShift{static_cast<std::int64_t>(whole_x), static_cast<std::int64_t>(whole_y)};
 }
 
+bool lies_within(const PixelWindow& all, const PixelShift& shift, const PixelWindow& other) {
+  return shift.x >= 0 && shift.y >= 0 && shift.x + all.columns <= other.columns && shift.y + all.rows <= other.rows;
+}
+
 proto::Result<void> fill_beyond(const PixelWindow& all, const std::vector<GridNeighbour>& neighbours, const PixelWindow& window,
                                 std::vector<double>& heights, const ReadPixels& read) {
   struct Rectangle {

@@ -27,6 +27,9 @@ struct PixelShift {
 };
 std::optional<PixelShift> shift_on_grid(const PixelGrid& a, const PixelGrid& b);
 
+/// Whether no pixel of a raster whose first pixel lies there is beyond another one's.
+bool lies_within(const PixelWindow& all, const PixelShift& shift, const PixelWindow& other);
+
 /// Another raster of the grid. all: its pixels, as it counts them; shift: where the first of them lies for the one that asks.
 struct GridNeighbour {
   std::size_t member = 0;

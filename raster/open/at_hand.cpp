@@ -3,10 +3,13 @@
 #include <gdal_priv.h>
 
 #include <cstdint>
+#include <exception>
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <future>
 #include <list>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <utility>
@@ -24,19 +27,34 @@ namespace {
 namespace fs = std::filesystem;
 using proto::Problem;
 
-/// Copies of files, by path and state. What nobody has any longer is forgotten, but for the last few.
+/// Copies of files, by path and state. Who wants one that is being made waits for it. What nobody has any longer is forgotten,
+/// but for the last ones: a mosaic looks at all of its files before it samples them.
 class Copies {
  public:
   proto::Result<AtHand> get(const std::string& key, const std::function<proto::Result<AtHand>()>& make) {
-    const std::scoped_lock lock(mutex_);  // held while a copy is made: who else wants one mostly wants the same
+    std::unique_lock lock(mutex_);
     if (auto there = look_up(key)) return *std::move(there);
-    auto made = make();
-    if (!made.ok()) return made;
-    copies_.push_front({key, *made, made->folder});
-    copies_.front().found.folder.reset();
-    last_.push_front(made->folder);
-    if (last_.size() > kKept) last_.pop_back();
-    return made;
+    if (const auto begun = making_.find(key); begun != making_.end()) {
+      const std::shared_future<proto::Result<AtHand>> other = begun->second;
+      lock.unlock();
+      return other.get();
+    }
+    std::promise<proto::Result<AtHand>> promise;
+    making_.emplace(key, promise.get_future().share());
+    lock.unlock();
+    try {
+      auto made = make();
+      lock.lock();
+      if (made.ok()) keep(key, *made);
+      making_.erase(key);
+      promise.set_value(made);
+      return made;
+    } catch (...) {
+      if (!lock.owns_lock()) lock.lock();
+      making_.erase(key);
+      promise.set_exception(std::current_exception());
+      throw;
+    }
   }
   /// Nothing where there is none yet.
   std::optional<AtHand> find(const std::string& key) {
@@ -57,7 +75,23 @@ class Copies {
     return std::nullopt;
   }
 
-  static constexpr std::size_t kKept = 4;
+  void keep(const std::string& key, const AtHand& made) {
+    copies_.push_front({key, made, made.folder});
+    copies_.front().found.folder.reset();
+    std::error_code error;
+    const auto bytes = fs::file_size(made.path, error);
+    last_.push_front({made.folder, error ? 0 : bytes});
+    last_bytes_ += last_.front().bytes;
+    for (; last_.size() > kKept || (last_.size() > 1 && last_bytes_ > kKeptBytes); last_.pop_back())
+      last_bytes_ -= last_.back().bytes;
+  }
+
+  static constexpr std::size_t kKept = 64;
+  static constexpr std::uintmax_t kKeptBytes = std::uintmax_t{1} << 30;
+  struct Last {
+    std::shared_ptr<const PrivateFolder> folder;
+    std::uintmax_t bytes = 0;
+  };
   struct Copy {
     std::string key;
     AtHand found;  ///< without its folder, which it must not hold
@@ -65,7 +99,9 @@ class Copies {
   };
   std::mutex mutex_;
   std::list<Copy> copies_;
-  std::list<std::shared_ptr<const PrivateFolder>> last_;
+  std::list<Last> last_;  ///< the newest first
+  std::uintmax_t last_bytes_ = 0;
+  std::map<std::string, std::shared_future<proto::Result<AtHand>>> making_;
 };
 
 Copies& unpacked_copies() {

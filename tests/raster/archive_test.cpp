@@ -4,9 +4,13 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <future>
+#include <set>
+#include <vector>
 
 #include "raster/disk/free_space.h"
 #include "raster/open/archive.h"
+#include "raster/open/at_hand.h"
 #include "sent.h"
 
 namespace cordillera::raster_test {
@@ -280,9 +284,35 @@ TEST_F(Archive, CopiesAreSharedAndLetGo) {
                       .height[0] *
                   proto::kHeightStep_m,
               7, 0.01);
-  for (int k = 0; k < 12; ++k) must_open(zipped({{"dem.tif", tiff_}}), plain_options(), Trust::posted_file, "dem.zip");
-  EXPECT_LE(folders(), 6);
+  constexpr int kMostKept = 64;
+  for (int k = 0; k < kMostKept + 10; ++k)
+    must_open(zipped({{"dem.tif", tiff_}}), plain_options(), Trust::posted_file, "dem.zip");
+  EXPECT_LE(folders(), kMostKept + 1) << "and that of the one that is open";
   usual != nullptr ? setenv("TMPDIR", before.c_str(), 1) : unsetenv("TMPDIR");
+}
+
+/// Threads that want one archive get one copy of it, while others have theirs made.
+TEST_F(Archive, CopiesOfSeveralArchivesAtATime) {
+  ASSERT_TRUE(good_);
+  const std::vector<std::string> zips{zipped({{"a.tif", tiff_}}), zipped({{"b.tif", tiff_}}), zipped({{"c.tif", tiff_}})};
+  constexpr std::size_t kAsked = 24;
+  std::vector<std::future<std::string>> asked;
+  for (std::size_t k = 0; k < kAsked; ++k)
+    asked.push_back(std::async(std::launch::async, [&zips, k] {
+      const auto copy = raster::at_hand(zips[k % zips.size()], "dem.zip", Trust::operator_file);
+      return copy.ok() ? copy->path : copy.problem().line();
+    }));
+  std::vector<std::string> paths;
+  for (auto& one : asked) paths.push_back(one.get());
+  for (std::size_t k = 0; k < kAsked; ++k) EXPECT_EQ(paths[k], paths[k % zips.size()]);
+  EXPECT_EQ(std::set<std::string>(paths.begin(), paths.end()).size(), zips.size());
+  // Who waited is told, too, why there is none.
+  const std::string broken = zipped({{"inner.zip", bytes_of(zips.front())}});
+  std::vector<std::future<bool>> refused;
+  for (int k = 0; k < 8; ++k)
+    refused.push_back(
+        std::async(std::launch::async, [&] { return raster::at_hand(broken, "dem.zip", Trust::operator_file).ok(); }));
+  for (auto& one : refused) EXPECT_FALSE(one.get());
 }
 
 /// Points are read once: whoever opens them again gets the copy, and another file under the name is another.

@@ -42,6 +42,28 @@ TEST_F(Mosaic, the_first_wins_and_the_next_fills_its_voids) {
   EXPECT_TRUE(std::isnan(at(*source, 5, 70)));
 }
 
+/// The one below is asked for nothing where another hides it: its file could go.
+TEST_F(Mosaic, what_is_hidden_is_not_read) {
+  const auto upper = plane("a.tif", 0, 0, 64, 100), hidden = plane("b.tif", 10, 10, 20, 300),
+             beside = plane("c.tif", 50, 50, 64, 500);
+  const auto lattice_of_level = lattice(kLevel);
+  const raster::Source::Window over{kWest + 5, kNorth - 40, kWest + 40, kNorth - 5};
+  const auto columns = static_cast<std::int32_t>(over.east - over.west + 1),
+             rows = static_cast<std::int32_t>(over.north - over.south + 1);
+  const auto both = raster::make_mosaic({upper, hidden, beside}, 0);
+  std::filesystem::remove(hidden.path);
+  const auto samples = both->sample(lattice_of_level, over.west, over.south, columns, rows);
+  ASSERT_TRUE(samples.ok()) << samples.problem().line();
+  EXPECT_EQ(samples->height, must_open(upper.path)->sample(lattice_of_level, over.west, over.south, columns, rows)->height);
+  const auto pixels = both->pixels(lattice_of_level, over);
+  ASSERT_TRUE(pixels.ok()) << pixels.problem().line();
+  EXPECT_EQ(pixels->size(), must_open(upper.path)->pixels(lattice_of_level, over)->size());
+  std::vector<double> nearest(static_cast<std::size_t>((columns - 1) * (rows - 1)));
+  ASSERT_TRUE(both->nearest_in_cells(lattice_of_level, over, nearest.data()).ok());
+  EXPECT_TRUE(std::ranges::all_of(nearest, [](double height) { return height == 100; }));
+  EXPECT_EQ(at(*both, 100, 100), 500);
+}
+
 TEST_F(Mosaic, one_raster_is_what_it_is_alone) {
   const auto member = square("a.tif", 0, 0, 64, [](int c, int r) { return c * 3.25 + r; });
   const auto alone = must_open(member.path), mosaic = raster::make_mosaic({member}, 500);
