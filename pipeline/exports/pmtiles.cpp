@@ -4,7 +4,9 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <optional>
 #include <unordered_map>
+#include <unordered_set>
 
 #include "pipeline/encode/little_endian.h"
 #include "pipeline/exports/archive_metadata.h"
@@ -43,63 +45,101 @@ struct HashOfHash {
   }
 };
 
-struct Contents {
-  std::vector<PmtilesEntry> entries;
-  std::uint64_t tiles = 0, contents = 0, bytes = 0;
-  int least_zoom = 0, most_zoom = 0;
-};
-
-std::vector<std::uint64_t> ids_of(const faces::Terrain& terrain, const faces::Face& face, const Resource& tiles,
-                                  unsigned threads) {
-  std::vector<std::uint64_t> ids;
-  each_place(terrain, face, tiles, threads,
-             [&](const faces::Place& place) { ids.push_back(hilbert_id(square_address(tiles.grid, place))); });
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-  return ids;
-}
-
 void ask(const std::function<std::optional<proto::Problem>(std::uint64_t)>& bound, std::uint64_t count) {
   auto refused = bound ? bound(count) : std::nullopt;
   if (refused) throw Refused{std::move(*refused)};
 }
 
-struct ArchivedTile {
+/// The bytes of some tiles, where they wait.
+struct Content {
+  std::uint64_t offset = 0;
+  std::uint32_t length = 0;
+};
+struct WaitingTile {
+  std::uint64_t id = 0;
+  std::size_t content = 0;
+};
+struct Waiting {
+  std::vector<WaitingTile> tiles;  ///< by id
+  std::vector<Content> contents;   ///< as they came
+};
+
+struct DrawnTile {
   std::uint64_t id = 0;
   std::string hash, bytes;  ///< bytes: empty where an earlier batch had them
 };
 
-/// Every content once, in the order of ids.
-Contents write_tiles(const faces::Terrain& terrain, const Resource& tiles, const std::vector<std::uint64_t>& ids,
-                     const ArchiveBounds& bounds, unsigned threads, std::ostream& out) {
-  Contents all;
-  std::unordered_map<std::string, PmtilesEntry, HashOfHash> known;
-  faces::Batches<ArchivedTile> waiting(
+/// Every tile is drawn as it is listed, once: to tell whether it shows anything is most of the work. Every content once, too.
+Waiting write_as_they_come(const faces::Terrain& terrain, const faces::Face& face, const Resource& tiles,
+                           const ArchiveBounds& bounds, unsigned threads, std::ostream& out) {
+  Waiting all;
+  std::uint64_t bytes = 0;
+  std::unordered_map<std::string, std::size_t, HashOfHash> known;
+  std::unordered_set<std::uint64_t> listed;
+  faces::Batches<DrawnTile> drawn(
       threads,
-      [&](ArchivedTile& tile) {
+      [&](DrawnTile& tile) {
         const faces::Document document = made(terrain, tiles, place_at(tiles.grid, hilbert_address(tile.id)));
         tile.hash = content_hash(document.bytes);
         if (known.contains(tile.hash)) return;
         tile.bytes = compression_of(tiles) == kGzip ? gzip(document.bytes) : std::string(document.bytes);
       },
-      [&](ArchivedTile& tile) {
-        const auto [found, fresh] = known.try_emplace(tile.hash);
+      [&](DrawnTile& tile) {
+        const auto [found, fresh] = known.try_emplace(tile.hash, all.contents.size());
         if (fresh) {
-          found->second = {tile.id, all.bytes, static_cast<std::uint32_t>(tile.bytes.size()), 1};
-          all.bytes += tile.bytes.size();
           ask(bounds.bytes, tile.bytes.size());
+          all.contents.push_back({bytes, static_cast<std::uint32_t>(tile.bytes.size())});
+          bytes += tile.bytes.size();
           append(out, tile.bytes);
         }
-        append(all.entries, {tile.id, found->second.offset, found->second.length, 1});
+        all.tiles.push_back({tile.id, found->second});
       });
-  for (const std::uint64_t id : ids) waiting.add({id, {}, {}});
-  waiting.finish();
-  all.tiles = ids.size();
-  all.contents = known.size();
-  if (ids.empty()) return all;
-  all.least_zoom = hilbert_address(ids.front()).zoom;
-  all.most_zoom = hilbert_address(ids.back()).zoom;
+  each_place(terrain, face, tiles, threads, [&](const faces::Place& place) {
+    const std::uint64_t id = hilbert_id(square_address(tiles.grid, place));
+    if (!listed.insert(id).second) return;
+    ask(bounds.tiles, listed.size());
+    drawn.add({id, {}, {}});
+  });
+  drawn.finish();
+  std::ranges::sort(all.tiles, {}, &WaitingTile::id);
   return all;
+}
+
+/// What the archive holds, in the order of ids.
+struct Contents {
+  std::vector<PmtilesEntry> entries;
+  std::vector<Content> order;  ///< of contents, where they wait
+  std::uint64_t tiles = 0, bytes = 0;
+  int least_zoom = 0, most_zoom = 0;
+};
+
+Contents in_order(const Waiting& waiting) {
+  Contents all;
+  std::vector<std::optional<std::uint64_t>> offset(waiting.contents.size());
+  for (const WaitingTile& tile : waiting.tiles) {
+    const Content& content = waiting.contents[tile.content];
+    if (!offset[tile.content]) {
+      offset[tile.content] = all.bytes;
+      all.bytes += content.length;
+      all.order.push_back(content);
+    }
+    append(all.entries, {tile.id, *offset[tile.content], content.length, 1});
+  }
+  all.tiles = waiting.tiles.size();
+  if (waiting.tiles.empty()) return all;
+  all.least_zoom = hilbert_address(waiting.tiles.front().id).zoom;
+  all.most_zoom = hilbert_address(waiting.tiles.back().id).zoom;
+  return all;
+}
+
+void copy(const std::vector<Content>& contents, std::istream& from, std::ostream& out) {
+  std::string bytes;
+  for (const Content& content : contents) {
+    bytes.resize(content.length);
+    from.seekg(static_cast<std::streamoff>(content.offset));
+    from.read(bytes.data(), content.length);
+    append(out, bytes);
+  }
 }
 
 /// Degrees in steps of 1e-7.
@@ -119,7 +159,8 @@ std::string header(const Resource& tiles, const Contents& all, const PmtilesDire
     append_little_endian(out, size);
     offset += size;
   }
-  for (const std::uint64_t count : {all.tiles, std::uint64_t{all.entries.size()}, all.contents}) append_little_endian(out, count);
+  for (const std::uint64_t count : {all.tiles, std::uint64_t{all.entries.size()}, std::uint64_t{all.order.size()}})
+    append_little_endian(out, count);
   for (const int byte : {1, int{kGzip}, int{compression_of(tiles)}, int{type_of(tiles)}, all.least_zoom, all.most_zoom}) {
     out.push_back(static_cast<char>(byte));
   }
@@ -129,15 +170,13 @@ std::string header(const Resource& tiles, const Contents& all, const PmtilesDire
   return out;
 }
 
-/// The directories stand before the tiles and are known after them: the tiles wait in a file of their own.
+/// The directories stand before the tiles and are known after them: the tiles wait in a file of their own, as they come.
 void write(const faces::Terrain& terrain, const faces::Face& face, const ArchiveBounds& bounds, unsigned threads,
            const fs::path& sibling) {
   const Resource& tiles = *tiles_of(face);
   const TemporaryFile spool(sibling.string() + ".tiles");
   std::ofstream waiting = opened(spool.path());
-  const auto ids = ids_of(terrain, face, tiles, threads);
-  ask(bounds.tiles, ids.size());
-  const Contents all = write_tiles(terrain, tiles, ids, bounds, threads, waiting);
+  const Contents all = in_order(write_as_they_come(terrain, face, tiles, bounds, threads, waiting));
   waiting.close();
   ask(bounds.bytes, all.bytes);
   const PmtilesDirectories directories = pmtiles_directories(all.entries);
@@ -145,7 +184,8 @@ void write(const faces::Terrain& terrain, const faces::Face& face, const Archive
   std::ofstream out = opened(sibling);
   append(out, header(tiles, all, directories, metadata.size(), terrain.manifest()));
   for (const std::string* part : {&directories.root, &metadata, &directories.leaves}) append(out, *part);
-  if (all.bytes > 0) out << opened_to_read(spool.path()).rdbuf();
+  std::ifstream drawn = opened_to_read(spool.path());
+  copy(all.order, drawn, out);
   out.close();
 }
 

@@ -14,13 +14,13 @@ bool fits_pmtiles(const faces::Face& face);
 
 /// What whoever has an archive made lets it take.
 struct ArchiveBounds {
-  /// Asked once with the number of its tiles, before the first is made; a problem ends it.
+  /// Asked before each of its tiles is made, with how many these are by then; a problem ends it.
   std::function<std::optional<proto::Problem>(std::uint64_t tiles)> tiles;
   /// Asked before so many more bytes go to the disk, which holds it twice for a while; a problem ends it.
   std::function<std::optional<proto::Problem>(std::uint64_t more)> bytes;
 };
 
-/// Clustered: the bytes lie in the order of the directories; equal tiles are stored once. Some 100 bytes of memory a tile, and
+/// Clustered: the bytes lie in the order of the directories; equal tiles are stored once. Some 150 bytes of memory a tile, and
 /// four tiles a thread. threads: that make tiles; 0: one for each usable core. A face that does not fit is a programmer's
 /// mistake.
 proto::Result<void> write_pmtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path,

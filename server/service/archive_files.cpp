@@ -33,9 +33,9 @@ constexpr std::size_t kSum_letters = 16;  // of a block's SHA-256: against damag
 
 std::string sum_of(const std::string& block) { return digest(block).substr(0, kSum_letters); }
 
-Problem too_many(std::uint64_t tiles) {
-  return {"export-too-large", "the archive would have " + std::to_string(tiles) + " tiles",
-          "at most " + std::to_string(ArchiveFiles::kMostTiles) + " over HTTP; cordillera export makes larger ones", ""};
+Problem too_many() {
+  return {"export-too-large", "the archive would have more than " + std::to_string(ArchiveFiles::kMostTiles) + " tiles",
+          "fewer over HTTP; cordillera export makes larger ones", ""};
 }
 
 proto::Result<void> write_one(const ArchiveOrder& order, const fs::path& path, const pipeline::exports::ArchiveBounds& bounds) {
@@ -202,7 +202,7 @@ void ArchiveFiles::make(Entry& entry) {
   const auto claim = space_.claim(0, &full);
   pipeline::exports::ArchiveBounds bounds;
   std::uint64_t bytes = 0;
-  bounds.tiles = [](std::uint64_t tiles) { return tiles > kMostTiles ? std::optional(too_many(tiles)) : std::nullopt; };
+  bounds.tiles = [](std::uint64_t tiles) { return tiles > kMostTiles ? std::optional(too_many()) : std::nullopt; };
   bounds.bytes = [&](std::uint64_t more) -> std::optional<Problem> {
     if (stop_) return Problem{"service-stopping", "the service is stopping", "trying again later", ""};
     bytes += more;
