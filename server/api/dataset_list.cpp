@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kMostLooked = 20000;  // rows that one page looks at: a search of millions is many pages, some of them empty
 constexpr std::size_t kPiece = 256;         // rows at a time
-constexpr std::int64_t kMounts = kBeforeAll - 1;  // their numbers, from here downwards; no row of a registry comes near
+constexpr std::int64_t kMounts = kLastPlace;  // their numbers, from here downwards; no row of a registry comes near
 
 /// Whether two spans of longitudes have a place in common; west above east crosses the antimeridian.
 bool meet(double west, double east, double other_west, double other_east) {

@@ -9,6 +9,7 @@
 
 #include "fixture.h"
 #include "pipeline/store/sqlite.h"
+#include "pipeline/tileset/manifest_json.h"
 #include "server/access/tokens.h"
 #include "server/api/documents/web.h"
 
@@ -109,6 +110,26 @@ TEST(DatasetList, ItsEndIsNoEmptyPage) {
   for (const char* id : {"a", "b"}) add(test, id);
   EXPECT_EQ(body_of(asked(test, {{"limit", "2"}}))["next"], nullptr);
   EXPECT_FALSE(next_of(asked(test, {{"limit", "1"}})).empty());
+}
+
+/// Of what is mounted, too: a client may read `after` as a double, as JSON's numbers are read.
+TEST(DatasetList, APlaceIsANumberThatADoubleHolds) {
+  const TempFolder folder;
+  std::ofstream(folder.path() / "manifest.json") << pipeline::manifest_json({});
+  Settings settings;
+  for (const char* name : {"a", "b", "c"}) settings.serve.mounts.push_back({name, folder.path().string()});
+  TestService test(settings);
+  add(test, "posted");
+  std::vector<std::string> seen;
+  for (Given query = {{"limit", "1"}}; !query.empty() && seen.size() < 5;) {
+    const Response page = asked(test, query);
+    ASSERT_THAT(ids_of(page), testing::SizeIs(1)) << page.body;
+    seen.push_back(ids_of(page).front());
+    query = next_of(page);
+    if (!query.empty()) query.front().second = Json(std::stod(query.front().second)).dump();
+    if (!query.empty() && query.front().second.ends_with(".0")) query.front().second.resize(query.front().second.size() - 2);
+  }
+  EXPECT_THAT(seen, ElementsAre("a", "b", "c", "posted"));
 }
 
 TEST(DatasetList, FiltersAreKeptOnTheWay) {

@@ -12,6 +12,9 @@
 
 namespace cordillera::server {
 
+/// The greatest place of a page: a client that reads it as a double has it exactly.
+inline constexpr std::int64_t kLastPlace = (std::int64_t{1} << 53) - 1;
+
 struct ListQuery {
   std::uint32_t limit = 100;
   std::int64_t after = kBeforeAll;           ///< only those with a lower number: the end of the page before
