@@ -1,6 +1,7 @@
 // What the service says of itself.
 #include "server/api/api.h"
 #include "server/api/public_address.h"
+#include "server/api/requests/query_words.h"
 #include "server/http/json.h"
 #include "server/limits/disk.h"
 #include "server/metrics/gpu_memory.h"
@@ -56,7 +57,7 @@ Response index(const Request& request) {
       {"datasets", "/v1/datasets"}, {"limits", "/v1/limits"}, {"stac", "/stac"}, {"health", "/healthz"},
       {"readiness", "/readyz"},     {"metrics", "/metrics"},  {"viewer", "/"},   {"description", "/api"}};
   for (const auto& [name, path] : kLinks) json["links"][name] = root + path;
-  for (const OptionSpec& option : post_options()) {
+  for (const auto& option : post_words()) {
     if (option.open_to == OpenTo::operators) continue;
     json["options"][spelt(option.name, Spelling::query)] = {{"help", option.help}, {"accepted", option.accepted}};
   }
@@ -77,14 +78,15 @@ Response readiness(Service& service) {
     json.update(told);
     return not_cached(json_response(200, json));
   }
-  if (service.stopping()) return problem_response({"service-stopping", "the service is stopping", "", ""});
   std::string detail;
   Json named = Json::array();
   for (const Reason& reason : reasons) {
     detail += (detail.empty() ? "" : "; ") + reason.detail;
     named.push_back(reason.name);
   }
-  const Response plain = problem_response({"not-ready", detail, "asking again later; reading goes on", ""});
+  const Response plain =
+      problem_response(service.stopping() ? proto::Problem{"service-stopping", detail, "", ""}
+                                          : proto::Problem{"not-ready", detail, "asking again later; reading goes on", ""});
   Json json = Json::parse(plain.body);
   json["reasons"] = named;
   json.update(told);

@@ -257,6 +257,15 @@ TEST(Limits, AFolderThatCannotBeWrittenIsNotReady) {
   EXPECT_FALSE(ready.header("Retry-After").empty());
 }
 
+TEST(Limits, AServiceThatStopsSaysSo) {
+  TestService test;
+  test.service().stop();
+  const Response ready = test.get("/readyz");
+  EXPECT_EQ(ready.status, 503);
+  EXPECT_EQ(slug_of(ready), "service-stopping");
+  EXPECT_EQ(body_of(ready)["reasons"], Json::array({"stopping"}));
+}
+
 TEST(Limits, AreShownAsTheyAre) {
   Settings settings;
   settings.serve.limits.queue = 7;

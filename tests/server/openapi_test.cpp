@@ -231,6 +231,11 @@ TEST(OpenApi, OptionsOfAPostAreParameters) {
   }
   for (const char* of_the_body : {"upload", "source", "updates"}) wanted.insert(of_the_body);
   EXPECT_EQ(said, wanted);
+  Words of_index;
+  TestService test;
+  const Json index = body_of(test.get("/v1"));
+  for (const auto& [name, option] : index["options"].items()) of_index.insert(name);
+  EXPECT_EQ(of_index, wanted) << "of GET /v1";
   EXPECT_EQ(said.count("water_mask"), 0u) << "a request that names a file of the operator's machine is refused";
   Words of_meshes;
   for (const Json& parameter : document["paths"]["/v1/datasets/{id}/mesh.{mesh_format}"]["get"]["parameters"])
@@ -282,15 +287,17 @@ TEST(OpenApi, BodiesThatAreBytesSayIt) {
   }
 }
 
+/// Of a parameter; null: there is none.
+Json schema_of(const Json& paths, const char* path, const char* method, const std::string& name) {
+  for (const Json& parameter : paths[path][method]["parameters"]) {
+    if (parameter.value("name", "") == name) return parameter["schema"];
+  }
+  return nullptr;
+}
+
 TEST(OpenApi, OptionsHaveTheTypesThatTheirRowsTake) {
   const Json paths = description()["paths"];
-  const auto schema = [&paths](const char* path, const char* method, const std::string& name) {
-    for (const Json& parameter : paths[path][method]["parameters"]) {
-      if (parameter["name"] == name) return parameter["schema"];
-    }
-    return Json();
-  };
-  const auto posted = [&](const std::string& name) { return schema("/v1/datasets", "post", name); };
+  const auto posted = [&](const std::string& name) { return schema_of(paths, "/v1/datasets", "post", name); };
   const Json text = {{"type", "string"}}, number = {{"type", "number"}};
   EXPECT_EQ(posted("error"), number);
   EXPECT_EQ(posted("z_scale"), number);
@@ -305,10 +312,51 @@ TEST(OpenApi, OptionsHaveTheTypesThatTheirRowsTake) {
   for (const char* name : {"band", "crs", "nodata", "voids", "device", "title", "imagery", "vertical_datum"})
     EXPECT_EQ(posted(name), text) << name;
   const Json states = {{"type", "string"}, {"enum", {"queued", "running", "ready", "failed"}}};
-  EXPECT_EQ(schema("/v1/datasets", "get", "state"), (Json{{"type", "array"}, {"items", states}}));
-  EXPECT_EQ(schema("/v1/datasets", "get", "limit"), (Json{{"type", "integer"}, {"minimum", 1}, {"maximum", 1000}}));
+  EXPECT_EQ(schema_of(paths, "/v1/datasets", "get", "state"), (Json{{"type", "array"}, {"items", states}}));
+  EXPECT_EQ(schema_of(paths, "/v1/datasets", "get", "limit"), (Json{{"type", "integer"}, {"minimum", 1}, {"maximum", 1000}}));
   const Json fields = description()["components"]["schemas"]["posting_fields"]["properties"];
   EXPECT_EQ(fields["bbox"]["type"], "string") << "a form has no lists";
+}
+
+TEST(OpenApi, WholeNumbersHaveTheRangeThatIsTaken) {
+  const Json paths = description()["paths"];
+  const std::string one = "/v1/datasets/{id}/";
+  const auto range = [&](const std::string& path, const char* method, const char* name) {
+    const Json schema = schema_of(paths, path.c_str(), method, name);
+    const std::string most = schema.contains("maximum") ? schema["maximum"].dump() : "";
+    return schema["minimum"].dump() + " to " + most + (schema.contains("format") ? " " + std::string(schema["format"]) : "");
+  };
+  for (const char* method : {"get", "post"}) {
+    EXPECT_EQ(range(one + "elevation", method, "samples"), "2 to 5000");
+    EXPECT_EQ(range(one + "elevation", method, "level"), "0 to 21");
+  }
+  EXPECT_EQ(range(one + "mesh.{mesh_format}", "get", "level"), "0 to 21");
+  EXPECT_EQ(range(one + "rollback", "post", "to"), "1 to 4294967295 int64");
+  EXPECT_EQ(range("/v1/uploads", "post", "Upload-Length"), "1 to  int64");
+  EXPECT_EQ(range("/v1/uploads/{id}", "patch", "Upload-Offset"), "0 to  int64");
+  for (const char* list : {"/v1/datasets", "/stac/collections/datasets/items"})
+    EXPECT_EQ(range(list, "get", "after"), "0 to 9007199254740991 int64");
+}
+
+/// The query of an address below it says what is built there, beside what the resource takes.
+TEST(OpenApi, BelowLiveStandTheOptionsOfTheBuild) {
+  const Json paths = description()["paths"];
+  const auto names_at = [&paths](const std::string& path) {
+    Words names;
+    for (const Json& parameter : paths[path]["get"]["parameters"]) {
+      if (parameter.value("in", "") == "query") { EXPECT_TRUE(names.insert(parameter["name"]).second) << path << parameter; }
+    }
+    return names;
+  };
+  const Words of_live = names_at("/v1/live");
+  EXPECT_TRUE(of_live.contains("error") && of_live.contains("url"));
+  for (const auto& [path, item] : paths.items()) {
+    if (path.starts_with("/v1/live")) { EXPECT_THAT(names_at(path), testing::IsSupersetOf(of_live)) << path; }
+  }
+  const char *mesh = "/v1/live/mesh.{mesh_format}", *elevation = "/v1/live/elevation";
+  EXPECT_TRUE(names_at(mesh).contains("frame"));
+  EXPECT_EQ(schema_of(paths, mesh, "get", "bbox"), schema_of(paths, "/v1/live", "get", "bbox")) << "what is built, not the mesh";
+  EXPECT_EQ(schema_of(paths, elevation, "get", "samples"), schema_of(paths, "/v1/datasets/{id}/elevation", "get", "samples"));
 }
 
 TEST(OpenApi, ABodyOfFieldsIsDescribedWhereItIsTaken) {
@@ -322,6 +370,8 @@ TEST(OpenApi, WhatIsAnsweredBesideTheGoodIsDescribed) {
   for (const char* path : {"/v1/datasets/{id}/mesh.{mesh_format}", "/v1/datasets/{id}.pmtiles"}) {
     const Json& get = paths[path]["get"];
     EXPECT_EQ(get["responses"]["206"]["content"], get["responses"]["200"]["content"]) << path;
+    const Json beyond = get["responses"]["416"]["$ref"];
+    EXPECT_TRUE(document[Json::json_pointer(std::string(beyond).substr(1))]["headers"].contains("Content-Range")) << path;
     for (const char* name : {"If-None-Match", "Range", "If-Range"})
       EXPECT_THAT(get["parameters"], testing::Contains(Json{{"$ref", std::string("#/components/parameters/") + name}})) << path;
   }

@@ -5,7 +5,7 @@
 namespace cordillera::server::openapi {
 namespace {
 
-Json problem_answer() { return {{"$ref", "#/components/responses/problem"}}; }
+Json problem_answer(const char* name = "problem") { return {{"$ref", std::string("#/components/responses/") + name}}; }
 
 Json parameter_ref(const std::string& name) { return {{"$ref", "#/components/parameters/" + name}}; }
 
@@ -82,8 +82,10 @@ Json query(const std::string& name, const std::string& about) {
 Json header(const char* name, const char* about) {
   return {{"name", name}, {"in", "header"}, {"description", about}, {"schema", {{"type", "string"}}}};
 }
-Json counted(Json parameter) {
-  parameter["schema"] = {{"type", "integer"}, {"minimum", 0}};
+Json counted(Json parameter, std::int64_t least, std::optional<std::int64_t> most) {
+  Json& schema = parameter["schema"] = {{"type", "integer"}, {"minimum", least}};
+  if (most) schema["maximum"] = *most;
+  if (!most || *most > INT32_MAX) schema["format"] = "int64";  // generators of clients take 32 bits else
   return parameter;
 }
 Json required(Json parameter) {
@@ -106,7 +108,7 @@ Json bare(const char* about, std::initializer_list<const char*> headers) {
 void add_ranges(Json& good) {
   good["206"] = {{"description", "The part that Range asked for"}, {"content", good["200"]["content"]}};
   add_headers(good, "206", {"ETag", "Content-Range"});
-  good["416"] = problem_answer();
+  good["416"] = problem_answer("range_beyond");
 }
 
 Json tagged_answers(const std::string& about, const std::string& type, const char* schema) {

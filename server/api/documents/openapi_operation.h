@@ -1,6 +1,8 @@
 #pragma once
 // The pieces that the API's description is put together from: operations, parameters and answers, as OpenAPI writes them.
+#include <cstdint>
 #include <initializer_list>
+#include <optional>
 #include <string>
 
 #include "server/http/json.h"
@@ -21,8 +23,8 @@ Json operation(const std::string& id, const std::string& tag, const std::string&
 
 Json query(const std::string& name, const std::string& about);
 Json header(const char* name, const char* about);
-/// A whole number.
-Json counted(Json parameter);
+/// A whole number; no most: only what 64 bits hold.
+Json counted(Json parameter, std::int64_t least = 0, std::optional<std::int64_t> most = {});
 /// Without it the request is refused.
 Json required(Json parameter);
 

@@ -7,6 +7,7 @@
 #include "proto/lattice.h"
 #include "server/api/documents/openapi.h"
 #include "server/api/documents/openapi_options.h"
+#include "server/api/requests/elevation_query.h"
 #include "server/api/requests/list_query.h"
 #include "server/api/requests/query_words.h"
 #include "server/api/requests/routes.h"
@@ -26,6 +27,15 @@ Json prefer_of_reading() {
       "wait=SECONDS: while the dataset is being built, the answer waits so long for the final tile, within the limit max_wait");
 }
 
+/// Of the list of datasets and of its like in STAC.
+Json list_parameters() {
+  Json parameters = parameters_of(list_options());
+  for (Json& one : parameters) {
+    if (one["name"] == "after") one = counted(one, 0, kLastPlace);
+  }
+  return parameters;
+}
+
 /// What a change may name with If-Match.
 Json guarded(const std::string& about, const char* schema) { return tagged_answers(about, "application/json", schema); }
 
@@ -35,6 +45,24 @@ Json if_match() {
 }
 
 Json url_parameter() { return required(query("url", "the address of a raster that the operator lets the service fetch")); }
+
+/// Of everything of /v1/live: what is built.
+Json live_parameters() {
+  Json parameters = parameters_of(live_words());
+  parameters[0] = url_parameter();
+  return parameters;
+}
+
+/// The same beside those of a resource below it. A word of both is that of the build.
+Json below_live(const Json& own) {
+  Json parameters = live_parameters();
+  for (const Json& one : own) {
+    const bool taken = std::any_of(parameters.begin(), parameters.end(),
+                                   [&](const Json& live) { return live["name"] == one.value("name", ""); });
+    if (!taken) parameters.push_back(one);
+  }
+  return parameters;
+}
 
 Json post_parameters() {
   Json parameters = parameters_of(post_words());
@@ -52,7 +80,7 @@ Operation get_of(const std::string& about, const char* type, const char* schema 
 void describe_datasets(Operations& all) {
   all["list_datasets"] = {"Datasets, newest first, a page at a time; a page with `next` is not the last, however few it has",
                           {{"200", answer("A page of datasets", "application/json", "datasets")}},
-                          parameters_of(list_options())};
+                          list_parameters()};
   Json good;
   good["200"] = answer("With dry_run: what a build would make", "application/json", "estimate");
   good["201"] = answer("The tiles are ready", "application/json", "dataset");
@@ -96,7 +124,7 @@ void describe_uploads(Operations& all) {
   const Json tus = header("Tus-Resumable", "1.0.0, as without it; any other is refused");
   all["begin_upload"] = {"Begin an upload in parts (tus 1.0)",
                          {{"201", bare("It begins at offset 0", {"Location", "Upload-Offset", "Tus-Resumable"})}},
-                         Json::array({counted(required(header("Upload-Length", "bytes of the raster"))),
+                         Json::array({counted(required(header("Upload-Length", "bytes of the raster")), 1),
                                       header("Upload-Metadata", "filename and its base64"), tus})};
   all["upload"] = {"How much of it is on disk for good; a HEAD has it in Upload-Offset and Upload-Length",
                    {{"200", answer("The upload", "application/json", "upload")}},
@@ -140,7 +168,7 @@ void describe_sources(Operations& all) {
   for (const char* status : {"200", "202"}) removed.good[status].erase("headers");  // there is nothing to lead to
   all["versions"] = {"The version that is served, and earlier ones that are kept", guarded("The versions", "versions")};
   all["rollback"] = {"Serve an earlier version again, the one before if none is named", guarded("The versions", "versions"),
-                     Json::array({counted(query("to", "number of a kept version")),
+                     Json::array({counted(query("to", "number of a kept version"), 1, UINT32_MAX),
                                   header("If-Match", "the ETag of the versions; if it is another by now, the answer is 412")})};
 }
 
@@ -167,7 +195,7 @@ void describe_stac(Operations& all) {
   all["stac_items"] =
       get_of("Datasets that are ready as items, newest first, at most 100 a page; the link `next` leads on", geo, "stac_items");
   Json& parameters = all["stac_items"].parameters = Json::array();
-  for (Json& one : parameters_of(list_options())) {
+  for (Json& one : list_parameters()) {
     if (one["name"] == "limit") one["description"] = "most items of a page, 1 to 1000; above 100 it is 100";
     if (one["name"] != "state" && one["name"] != "q") parameters.push_back(std::move(one));
   }
@@ -179,10 +207,11 @@ void describe_elevation(Operations& all) {
   Json good = tagged_answers(about, "application/json", "elevations");
   Json posted = {{"200", answer(about, "application/json", "elevations")}};
   for (Json* one : {&good, &posted}) add_headers(*one, "200", {"Cordillera-Provisional"});
-  const Json parameters = Json::array({query("points", "places, lon,lat;lon,lat;… in degrees; not with line"),
-                                       query("line", "the corners of a line that is sampled evenly, as points are given"),
-                                       counted(query("samples", "how many places of the line")),
-                                       counted(query("level", "of the meshes; the finest without it")), prefer_of_reading()});
+  const Json parameters =
+      Json::array({query("points", "places, lon,lat;lon,lat;… in degrees; not with line"),
+                   query("line", "the corners of a line that is sampled evenly, as points are given"),
+                   counted(query("samples", "how many places of the line"), 2, kMostPlaces),
+                   counted(query("level", "of the meshes; the finest without it"), 0, proto::kMaxLevel), prefer_of_reading()});
   all["elevation"] = {"Heights at places or along a line, from the meshes that clients get", good, parameters};
   all["elevation_by_post"] = {"The same for places in the body: points or a line as lists of [lon, lat], or GeoJSON",
                               posted,
@@ -191,7 +220,10 @@ void describe_elevation(Operations& all) {
 }
 
 void describe_meshes(Operations& all) {
-  const Json parameters = parameters_of(mesh_options());
+  Json parameters = parameters_of(mesh_options());
+  for (Json& one : parameters) {
+    if (one["name"] == "level") one = counted(one, 0, proto::kMaxLevel);
+  }
   Json good = tagged_answers("The mesh", "application/octet-stream");
   for (const char* type : {"model/gltf-binary", "model/obj", "model/stl"}) { good["200"]["content"].update(bytes_of(type)); }
   add_ranges(good);
@@ -206,8 +238,7 @@ void describe_meshes(Operations& all) {
 }
 
 void describe_live(Operations& all) {
-  Json options = parameters_of(live_words());
-  options[0] = url_parameter();
+  Json options = live_parameters();
   options.push_back(
       header("Prefer", "wait=SECONDS: the answer waits so long until something can be read, within the limit max_wait"));
   Json good;
@@ -282,7 +313,7 @@ void add(Json& paths, const Place& at, const Operation& words) {
   }
   if ((at.row.is & RouteRow::kLive) == 0 || method != "get") return;
   Json get = described(at.id + "_of_address", "live");
-  get["parameters"].push_back(url_parameter());
+  get["parameters"] = below_live(get.value("parameters", Json::array()));
   if (at.leads) get["responses"]["307"] = {{"description", "The same of the dataset"}};
   if (at.leads) add_headers(get["responses"], "307", {"Location"});
   item(paths, "/v1/live" + below)[method] = std::move(get);

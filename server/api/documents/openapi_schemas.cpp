@@ -208,7 +208,7 @@ Json headers() {
                                     {"Preference-Applied", "what of Prefer was done"},
                                     {"Location", "the path of what was made or is meant"},
                                     {"Content-Location", "the path of the dataset"},
-                                    {"Content-Range", "which bytes of how many these are"},
+                                    {"Content-Range", "which bytes of how many these are; of a 416 only how many"},
                                     {"Retry-After", "seconds after which to ask again; where asking again may help"}}) {
     all[name] = {{"description", about}, {"schema", {{"type", "string"}}}};
   }
@@ -220,7 +220,8 @@ Json parameters() {
   Json level = whole;
   level["maximum"] = proto::kMaxLevel;
   Json all;
-  all["id"] = in_path("id", "the dataset, as POST or the list named it", {{"type", "string"}, {"pattern", "^[a-z0-9-]{1,80}$"}});
+  all["id"] = in_path("id", "the dataset, as POST or the list named it; of /v1/uploads the upload, as its POST named it",
+                      {{"type", "string"}, {"pattern", "^[a-z0-9-]{1,80}$"}});
   all["version"] = in_path("version", "the dataset's `version`", {{"type", "string"}, {"pattern", "^[a-z0-9-]{1,80}$"}});
   all["source"] =
       in_path("source", "the raster, as the list of sources has it", {{"type", "string"}, {"pattern", "^[a-z0-9-]{1,80}$"}});
@@ -250,6 +251,9 @@ Json components() {
       {"description", "What went wrong"},
       {"headers", {{"Retry-After", {{"$ref", "#/components/headers/Retry-After"}}}}},
       {"content", {{"application/problem+json", {{"schema", {{"$ref", "#/components/schemas/problem"}}}}}}}};
+  Json& beyond = json["responses"]["range_beyond"] = json["responses"]["problem"];
+  beyond["description"] = "The Range begins behind the end; Content-Range has the size";
+  beyond["headers"] = {{"Content-Range", {{"$ref", "#/components/headers/Content-Range"}}}};
   json["securitySchemes"]["bearer"] = {{"type", "http"},
                                        {"scheme", "bearer"},
                                        {"description",
