@@ -21,6 +21,13 @@ void add_show(CLI::App& command, Show& show, Verbosity& words) {
   add_value_flag(command, "-q,--quiet", words, Verbosity::none, "no progress");
 }
 
+/// Options that a service takes from a request.
+std::vector<OptionSpec> sent_options() {
+  std::vector<OptionSpec> options = post_options();
+  std::erase_if(options, [](const OptionSpec& option) { return option.open_to == OpenTo::operators; });
+  return options;
+}
+
 constexpr const char* kCodes = "Exit codes: 0 done, 1 refused or failed, 2 wrong usage, 75 trying again may help.";
 
 }  // namespace
@@ -47,7 +54,7 @@ void ClientWords::add_post(CLI::App& app) {
                  "other rasters may be added to the dataset later; several rasters imply it");
   add_show(*post_, post_line_.show, post_line_.words);
   add_place(*post_, post_line_.place);
-  add_table(*post_, post_options(), post_line_.options);
+  add_table(*post_, sent_options(), post_line_.options);
   post_->footer(kCodes);
 }
 
@@ -82,7 +89,7 @@ void ClientWords::add_view(CLI::App& app) {
       ->expected(1, -1);
   view_->add_option("-p,--port", view_line_.port, "of this machine's loopback [any that is free]")->type_name("PORT");
   add_value_flag(*view_, "--no-browser", view_line_.browser, Browser::stays_shut, "only print the address");
-  add_table(*view_, post_options(), view_line_.options);
+  add_table(*view_, sent_options(), view_line_.options);
 }
 
 std::optional<int> ClientWords::run(const std::string& program) const {

@@ -70,6 +70,11 @@ TEST_F(Program, AnUnknownOptionIsOneSentence) {
   EXPECT_THAT(shell(kProgram + " build dem.tif --eror 3").output, HasSubstr("did you mean --error?\n"));
   EXPECT_THAT(shell(kProgram + " build dem.tif --epsg 4326").output, HasSubstr("did you mean --crs?\n"))
       << "as other programs have it";
+  for (const char* command : {"post", "view"}) {
+    EXPECT_THAT(shell(kProgram + " " + command + " dem.tif --water-mask sea.tif").output,
+                HasSubstr("unknown option '--water-mask'"))
+        << "a service reads no file that a request names";
+  }
   EXPECT_THAT(shell(kProgram + " " + raster_).output,
               HasSubstr("is no command but a file; accepted: cordillera view " + raster_));
   EXPECT_THAT(shell(kProgram + " serve " + raster_).output, HasSubstr("accepted: cordillera view " + raster_));
