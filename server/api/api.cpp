@@ -21,13 +21,6 @@ constexpr const char* kToldHeaders =
     "Preference-Applied, "
     "Retry-After, Server-Timing, Tus-Resumable, Upload-Length, Upload-Offset, X-Request-Id";
 
-/// Reading is open to every origin. Without tokens writing is not announced to foreign pages: a browser then asks first, and is
-/// not answered yes. With tokens a page needs one, which no browser sends by itself.
-void add_cors(Response& response) {
-  response.set("Access-Control-Allow-Origin", "*");
-  response.set("Access-Control-Expose-Headers", kToldHeaders);
-}
-
 enum class Foreign : std::uint8_t { reads, writes };
 
 Response preflight(const Route& route, Foreign pages) {
@@ -116,6 +109,13 @@ std::optional<Response> not_as_said(Service& service, const Request& request, co
 }
 
 }  // namespace
+
+/// Without tokens writing is not announced to foreign pages: a browser then asks first, and is not answered yes. With tokens a
+/// page needs one, which no browser sends by itself.
+void add_cors(Response& response) {
+  response.set("Access-Control-Allow-Origin", "*");
+  response.set("Access-Control-Expose-Headers", kToldHeaders);
+}
 
 proto::Problem unknown_to(const Request& request, const std::string& id) {
   proto::Problem problem = unknown_dataset(id);

@@ -53,6 +53,8 @@ struct Exchange {
   double seconds = 0;
 };
 void finish(Service& service, const Exchange& exchange, Response& response);
+/// Reading is open to pages of every origin, with the headers of the answer.
+void add_cors(Response& response);
 /// Whether the request may know of the dataset: a private one is nobody's but its owner's and an admin's.
 bool may_see(const Request& request, const Dataset& dataset);
 

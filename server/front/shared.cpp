@@ -46,7 +46,7 @@ proto::Problem too_much_unsent() {
 
 Response refusal(const proto::Problem& problem) {
   Response response = problem_response(problem);
-  response.set("Access-Control-Allow-Origin", "*");
+  add_cors(response);
   return response;
 }
 

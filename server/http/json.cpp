@@ -18,10 +18,13 @@ namespace {
 constexpr std::size_t kMostKept_bytes = 2000, kLongestSlug_bytes = 100;
 
 /// When it is worth to ask again; null: asking again changes nothing. Here alone: a header that stands twice is read as none.
-const char* retry_after_s(std::string_view slug, int status) {
+const char* retry_after_s(const proto::Problem& problem, int status) {
+  const std::string_view slug = problem.type;
   if (slug == "dataset-not-ready" || slug == "tile-not-ready") return "2";  // most steps and blocks are made in a few seconds
   if (slug == "queue-full") return "30";
-  if (slug == "idempotency-key-in-use") return "5";
+  if (slug == "idempotency-key-in-use" || slug == "dataset-changing") return "5";
+  // Another request is writing. Of the others the parameter says what to send instead.
+  if (slug == "upload-conflict" && problem.parameter.empty()) return "5";
   return status == 503 || status == 429 ? "5" : nullptr;
 }
 
@@ -153,7 +156,7 @@ Response problem_response(const proto::Problem& problem) {
   Response response = json_response(problem_kind(problem.type).status, problem_json(problem));
   response.headers = {{"Content-Type", "application/problem+json"}, {"Cache-Control", "no-store"}};
   response.problem = problem.type;
-  if (const char* seconds = retry_after_s(problem.type, response.status)) response.set("Retry-After", seconds);
+  if (const char* seconds = retry_after_s(problem, response.status)) response.set("Retry-After", seconds);
   return response;
 }
 

@@ -122,6 +122,8 @@ TEST(FrontLimits, EventStreamsTakeNoThreadsAndEachClientHasAFewOnly) {
   EXPECT_TRUE(next.until("too-many-streams"));
   EXPECT_THAT(next.seen(), AllOf(StartsWith("HTTP/1.1 429 "), HasSubstr("Retry-After: ")));
   EXPECT_EQ(count_of(next.seen(), "Retry-After: "), 1u);
+  EXPECT_THAT(next.seen(), testing::ContainsRegex("Access-Control-Expose-Headers: [^\r]*Retry-After"))
+      << "to pages of other origins";
   streams.front().close();
   EXPECT_TRUE(eventually([&] {  // the server hears of it when it writes
     front.test().service().hub().touch(id);

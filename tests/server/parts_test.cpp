@@ -92,6 +92,20 @@ TEST(Parts, OneThatIsDeletedWhileAPartArrivesIsUnknown) {
   EXPECT_EQ(slug_of(answer), "upload-unknown");
 }
 
+/// 409 as long as another request writes, and when that is over; no time changes another offset.
+TEST(Parts, WhoWritesBesideAnotherIsToldWhenToAskAgain) {
+  TestService test;
+  const std::string one = place_of(begin(test, "192.0.2.1"));
+  slow_part(test, one, "192.0.2.1", [&] {
+    const Response beside = test.api().handle(part_of(one, "192.0.2.1"));
+    EXPECT_EQ(slug_of(beside), "upload-conflict");
+    EXPECT_EQ(beside.header("Retry-After"), "5");
+  });
+  const Response behind = test.api().handle(part_of(one, "192.0.2.1"));
+  EXPECT_EQ(slug_of(behind), "upload-conflict");
+  EXPECT_EQ(behind.header("Retry-After"), "");
+}
+
 /// The offset counts bytes of the raster: of a compressed part nobody could tell where to go on.
 TEST(Parts, ACompressedOneIsRefused) {
   TestService test;

@@ -167,6 +167,17 @@ std::map<std::string, int> in_page() {
   return statuses;
 }
 
+TEST(Problems, WhatEndsByItselfSaysWhenToAskAgain) {
+  const auto retry_after = [](const std::string& slug) {
+    return problem_response({slug, "", "", "parameter"}).header("Retry-After");
+  };
+  for (const ProblemKind& kind : all_problem_kinds()) {
+    const bool ends = kind.status == 429 || kind.status == 503 || kind.slug == "dataset-not-ready" ||
+                      kind.slug == "dataset-changing" || kind.slug == "idempotency-key-in-use";
+    EXPECT_EQ(!retry_after(kind.slug).empty(), ends) << kind.slug;
+  }
+}
+
 TEST(Problems, ThePageListsWhatTheSourcesSay) {
   Slugs said = in_sources();
   for (const std::string& word : kInternal) EXPECT_EQ(said.erase(word), 1u) << word << " is said nowhere any more";
