@@ -19,7 +19,7 @@ class Height:
     orthometric_m: Optional[float]
     """above the geoid that the raster's heights count from; None without data, and where no grid of the geoid is installed"""
     stated_error_m: Optional[float]
-    """the greatest distance of the level's mesh from the samples; None before a build is done"""
+    """the greatest distance of the level's mesh from the samples; None of provisional tiles, and where the level shows nothing"""
     distance_m: Optional[float] = None
     """along a line, from its beginning"""
 
