@@ -57,7 +57,11 @@ class Worker {
   proto::Result<FinishedTask> work(const proto::WorkTask& task) {
     const std::vector<raster::MosaicMember> members = members_of(plan_, task);
     for (const raster::MosaicMember& member : members) {
-      if (const auto same = unchanged(member, check_unchanged); !same.ok()) return same.problem();
+      // Examined once: each time is an open, in object storage several requests.
+      const std::string asked = member.path + "\n" + member.options.SerializeAsString();
+      const auto check = examined_.contains(asked) ? check_state : check_unchanged;
+      if (const auto same = unchanged(member, check); !same.ok()) return same.problem();
+      examined_.insert(asked);
     }
     auto finished = task.sources_size() > 0 ? builder_.block(address_of(task), told_to_nobody) : merge(task);
     // Who writes into a raster meanwhile may have had its pixels read in part.
@@ -100,6 +104,7 @@ class Worker {
   bool ready_ = false;
   std::map<proto::TileAddress, const proto::WorkTask*> below_;
   std::map<std::string, Problem> changed_;  ///< rasters, by path
+  std::set<std::string> examined_;          ///< by path and options
 };
 
 /// A raster in object storage that was read when the plan was made, and now is not there or ends early: who asks again may get

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <memory>
 #include <mutex>
 
 #include "raster/gdal/formats.h"
@@ -73,15 +74,16 @@ class Photo : public Orthophoto {
   Placement placement_;
   Area area_;
   bool full_circle_ = false;
-  std::mutex mutex_;  // of the dataset
+  std::mutex mutex_;  // of the dataset and the placement
 };
 
 struct Photo::Call {
   const proto::Lattice& lattice;
   const VertexWindow& window;
   PhotoLayer layer;
-  double half_x = 1, half_y = 1;   ///< of the triangles, in the layer's pixels
-  std::vector<LayerPlace> places;  ///< by row from the north, then column
+  std::unique_lock<std::mutex>& of_dataset;  ///< and of its placement; held but while colours are mixed
+  double half_x = 1, half_y = 1;             ///< of the triangles, in the layer's pixels
+  std::vector<LayerPlace> places;            ///< by row from the north, then column
   std::vector<std::uint8_t> rgba;
   bool any = false;
 
@@ -167,6 +169,8 @@ proto::Result<void> Photo::draw(Call& call, const VertexRect& rect) const {
   }
   const auto pixels = bands_.read(dataset_, call.layer, part);
   if (!pixels.ok()) return pixels.problem();
+  call.of_dataset.unlock();  // others read meanwhile
+  const std::shared_ptr<void> at_the_end(nullptr, [&](void*) { call.of_dataset.lock(); });
   for (std::int32_t r = rect.row; r < rect.row + rect.rows; ++r)
     for (std::int32_t c = rect.column; c < rect.column + rect.columns; ++c) mix(call, call.index(r, c), part, *pixels);
   return {};
@@ -199,10 +203,10 @@ void Photo::mix(Call& call, std::size_t at, const PhotoWindow& part, const std::
 proto::Result<std::optional<std::vector<std::uint8_t>>> Photo::colours(const proto::Lattice& lattice,
                                                                        const VertexWindow& window) {
   using Rgba = std::vector<std::uint8_t>;
-  const std::lock_guard lock(mutex_);
+  std::unique_lock of_dataset(mutex_);
   const GdalScope scope(dataset_.trust);
   const CellSpan span = cell_span(placement_, dataset_.columns, dataset_.rows, lattice);
-  Call call{lattice, window, bands_.layer(dataset_, span.x_px, span.y_px), 1, 1, {}, {}, false};
+  Call call{lattice, window, bands_.layer(dataset_, span.x_px, span.y_px), of_dataset, 1, 1, {}, {}, false};
   call.half_x = std::max(1.0, span.x_px * call.layer.scale_x);
   call.half_y = std::max(1.0, span.y_px * call.layer.scale_y);
   place(call);
