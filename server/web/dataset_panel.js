@@ -1,5 +1,6 @@
 // The page's words and controls: the list of datasets, what failed, what goes on, and what the manifest states about the one shown.
 import { words_of } from "./problem.js";
+import { show, tell, tell_progress } from "./unseen.js";
 
 const element = (id) => document.getElementById(id);
 
@@ -56,18 +57,20 @@ export function fill_dataset_list(datasets, on_choose) {
 
 function failed_item(dataset, on_delete) {
   const item = make("li", "", { id: `failed-${dataset.id}` });
-  const button = make("button", "delete", { type: "button", onclick: () => on_delete(dataset.id) });
+  const button = make("button", "delete", { type: "button", onclick: () => on_delete(dataset.id), ariaLabel: `Delete ${label_of(dataset)}` });
   item.append(make("strong", label_of(dataset)), " ", button, make("p", words_of({ title: "its build failed", ...dataset.error })));
   return item;
 }
 
 // on_delete(id): the server is to forget it.
 export function fill_failed_list(datasets, on_delete) {
-  const failed = datasets.filter(({ state }) => state === "failed");
-  element("failed").hidden = failed.length === 0;
+  const failed = datasets.filter(({ state }) => state === "failed"), list = element("failed-list");
+  const focused = [...list.querySelectorAll("button")].indexOf(document.activeElement);
+  show("failed", failed.length > 0, "add");
   element("failed-count").textContent = failed.length === 1 ? "1 upload failed" : `${failed.length} uploads failed`;
-  element("failed-list").replaceChildren(...failed.map((dataset) => failed_item(dataset, on_delete)));
-  element("failed-all").hidden = failed.length < 2;
+  list.replaceChildren(...failed.map((dataset) => failed_item(dataset, on_delete)));
+  if (focused >= 0) [...list.querySelectorAll("button")].at(Math.min(focused, failed.length - 1))?.focus();
+  show("failed-all", failed.length > 1, "failed-count");
   element("failed-all").onclick = () => failed.forEach(({ id }) => on_delete(id));
 }
 
@@ -161,6 +164,7 @@ async function copy(from, button) {
   const before = button.textContent, done = await copied(from.textContent);
   if (!done) document.getSelection().selectAllChildren(from);
   button.textContent = done ? "copied" : "selected: copy it with the keys";
+  tell(button.textContent);
   setTimeout(() => { button.textContent = before; }, kLink_ms);
 }
 
@@ -222,7 +226,7 @@ export function show_demos(base) {
 
 // Only of what lies in the service itself: what is mounted can neither be renamed nor deleted there.
 export function offer_changes(offered) {
-  for (const id of ["rename", "delete"]) element(id).hidden = !offered;
+  for (const id of ["rename", "delete"]) show(id, offered, "datasets");
 }
 
 // A button that stays pressed.
@@ -236,8 +240,9 @@ export function select_dataset(id) {
 
 // share: 0 to 1, or null while nobody knows. Without words the work is over. cancel(): ends it, where this page may.
 export function show_progress(share, words, cancel) {
+  show("cancel", cancel && words, "fold");
   element("going").hidden = !words;
-  element("cancel").hidden = !cancel;
+  tell_progress(share, words);
   element("cancel").onclick = cancel ?? null;
   if (!words) return;
   if (share === null) element("share").removeAttribute("value");

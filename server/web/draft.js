@@ -2,6 +2,7 @@
 import { bring_up } from "./dataset_panel.js";
 import { field, kOptions, words_of } from "./problem.js";
 import { ask, refused } from "./token.js";
+import { show } from "./unseen.js";
 import { post_address, post_body, unreadable } from "./upload.js";
 
 const element = (id) => document.getElementById(id);
@@ -40,7 +41,7 @@ export class Draft {
 
   show(words, kind = "") {
     const hidden = this.files.length === 0 || !is_open(), appears = !hidden && element("draft").hidden;
-    element("draft").hidden = hidden;
+    show("draft", !hidden, "browse");
     element("draft-files").textContent = this.files.map(({ name }) => name).join(", ");
     element("estimate").textContent = words;
     element("estimate").className = kind;

@@ -1,5 +1,6 @@
 // Heights between two places, as the service reads them from the tiles that clients get: two clicks, a line on the terrain, a picture of it.
 import { ask } from "./token.js";
+import { show, tell } from "./unseen.js";
 
 const Cesium = window.Cesium;
 const { ArcType, Cartesian3, Color, GeometryInstance, Material, PolylineGeometry, PolylineMaterialAppearance, Primitive } = Cesium;
@@ -47,7 +48,7 @@ export class Profile {
     ++this.turn;
     Object.assign(this, { on: false, ends: [], points: null });
     this.show_line([]);
-    element("profile").hidden = true;
+    show("profile", false, "measure");
     this.on_change("");
   }
 
@@ -116,6 +117,7 @@ export class Profile {
     element("profile-error").textContent = error === null ? "error not known yet" : `± ${error.toFixed(error < 10 ? 2 : 1)} m (level ${level})`;
     element("profile-place").textContent = "";
     element("profile").hidden = false;
+    tell(`${element("profile-words").textContent}, ${element("profile-error").textContent}`);
   }
 
   // What the chart shows at a share of its width.

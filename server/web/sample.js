@@ -1,5 +1,6 @@
 // An empty service: what somebody sees first, and the sample that comes with the viewer.
 import { ask } from "./token.js";
+import { show } from "./unseen.js";
 
 const kSample = "sample/white_mountains_srtm3.tif";
 const element = (id) => document.getElementById(id);
@@ -12,7 +13,7 @@ export function show_welcome(on_file, on_failed) {
 }
 
 export function hide_welcome() {
-  element("welcome").hidden = true;
+  show("welcome", false, "globe");
 }
 
 async function sample_file() {

@@ -19,6 +19,7 @@ import { snippets_for } from "./snippets.js";
 import { relief_light, tint_stops } from "./terrain_style.js";
 import { ask, asked_by_cesium, take_token } from "./token.js";
 import { Tools } from "./tools.js";
+import { tell } from "./unseen.js";
 import { take_files } from "./upload.js";
 
 const Cesium = window.Cesium;
@@ -228,11 +229,11 @@ async function list_datasets() {
   panel.fill_failed_list(page.datasets, (id) => delete_dataset(id).then(list_datasets).catch(report));
 }
 
-const label_of_wanted = () => panel.label_of(page.datasets.find(({ id }) => id === wanted.id) ?? { id: wanted.id });
+const label_of_id = (id) => panel.label_of(page.datasets.find((one) => one.id === id) ?? { id });
 
 // What is chosen is deleted, once somebody has said so twice.
 async function remove() {
-  const { id } = wanted, label = label_of_wanted();
+  const { id } = wanted, label = label_of_id(id);
   if (!id || !(await is_to_go(label))) return;
   const listened = builds.forget(id);
   await delete_dataset(id).catch((error) => {
@@ -244,7 +245,7 @@ async function remove() {
 
 async function give_title() {
   const { id } = wanted;
-  if (!id || !(await rename(id, label_of_wanted()))) return;
+  if (!id || !(await rename(id, label_of_id(id)))) return;
   await list_datasets();
   if (id === wanted.id) await open(id, "It has another title now.");
 }
@@ -254,7 +255,7 @@ let before = null;  // what was looked at until then
 function go_to(id) {
   before = wanted.id;
   choose(id);
-  list_datasets().catch(report);
+  return list_datasets().catch(report);
 }
 
 const can_be_seen = ({ state, provisional }) => state === "ready" || provisional;
@@ -299,9 +300,10 @@ const on_builds = {
     return builds.goes_to(id) && go_to(id);
   },
   ready: (id) => {
+    const goes = id !== wanted.id && builds.goes_to(id);
     if (id === wanted.id) open(id);
-    else if (builds.goes_to(id)) return go_to(id);
-    return list_datasets().catch(report);
+    const listed = goes ? go_to(id) : list_datasets().catch(report);
+    return listed.then(() => tell(`${label_of_id(id)} is ready.`));
   },
   failed: (words) => {
     panel.say(words, "problem");

@@ -1,5 +1,6 @@
 // What can be seen from a place: one click, rays over the heights that the service's Terrarium tiles hold, a picture of it over the terrain.
 import { ask } from "./token.js";
+import { show, tell } from "./unseen.js";
 import { kSeen, visible_cells } from "./visible_cells.js";
 import { area_of, put_tile, tiles_of_window, window_around } from "./viewshed_grid.js";
 import { parts_of, rectangle_of, viewshed_picture } from "./viewshed_picture.js";
@@ -36,7 +37,7 @@ export class Viewshed {
     ++this.turn;
     Object.assign(this, { on: false, place: null, found: null });
     element("viewshed-place").value = "";
-    element("viewshed").hidden = true;
+    show("viewshed", false, "look-around");
     this.on_picture([]);
     this.on_change("");
   }
@@ -66,6 +67,7 @@ export class Viewshed {
     element("viewshed-words").textContent = `${square_km(this.found.area)} km² are seen within ${radius_m / 1000} km`;
     element("viewshed-error").textContent = `· cells of ${metres(window.cell_m)}, heights ${known ? `± ${metres(error)}` : "of an error not known yet"}`;
     element("viewshed").hidden = false;
+    tell(`${element("viewshed-words").textContent} ${element("viewshed-error").textContent}`);
     this.on_change("");
   }
 
