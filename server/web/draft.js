@@ -1,5 +1,5 @@
 // What is to be posted, before it is: files, options, and what a build would make of them (a dry run).
-import { bring_up } from "./dataset_panel.js";
+import { bring_up, say_of_tool } from "./dataset_panel.js";
 import { field, kOptions, words_of } from "./problem.js";
 import { ask, refused } from "./token.js";
 import { show } from "./unseen.js";
@@ -21,6 +21,13 @@ export class Draft {
     element("options").ontoggle = () => this.estimate();
     element("build").onclick = () => this.post();
     element("drop-draft").onclick = () => this.take([]);
+  }
+
+  // A new token changes what there is to see, so the page begins anew; but not while files wait on it.
+  take_token() {
+    if (this.files.length === 0) return window.location.reload();
+    say_of_tool("");
+    return this.estimate();
   }
 
   take(files) {

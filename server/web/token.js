@@ -78,13 +78,14 @@ async function read_events(url, on, signal) {
   return true;
 }
 
-// The page's field. A new token changes what there is to see, so the page begins anew.
-export function take_token() {
+// The page's field. on_token(): there is another one, or none any more.
+export function take_token(on_token) {
   const field = document.getElementById("token");
   field.value = token() ?? "";
-  field.onchange = () => {
+  document.getElementById("token-form").onsubmit = (event) => {
+    event.preventDefault();
     if (field.value) window.sessionStorage.setItem(kKey, field.value.trim());
     else window.sessionStorage.removeItem(kKey);
-    window.location.reload();
+    on_token();
   };
 }

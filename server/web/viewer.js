@@ -362,7 +362,6 @@ const tools = new Tools(page, report);
 
 async function start() {
   panel.start_folding();
-  take_token();
   read_link();
   page.widget = make_globe();
   page.scene = page.widget.scene;
@@ -373,6 +372,7 @@ async function start() {
   panel.on_controls(on_page);
   builds.on_builds(on_builds);
   const draft = new Draft(builds.post);
+  take_token(() => draft.take_token());
   take_files((files) => draft.take(files), panel.say);
   window.addEventListener("hashchange", () => {  // a link that was put into this tab
     if (set_camera(page.scene.camera, camera_named())) page.scene.requestRender();
