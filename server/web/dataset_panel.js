@@ -264,7 +264,7 @@ export function show_drawn(triangles, bytes) {
 
 const side = (degrees, [positive, negative]) => `${Math.abs(degrees).toFixed(5)}° ${degrees < 0 ? negative : positive}`;
 
-// place: as globe.js gives it, or null. sea: a SeaLevel, for the height that people know.
+// place: as globe.js gives it, or null. sea: a SeaLevel, for the height that people know. Gives the words.
 export function show_position(place, manifest, sea) {
   const words = { "place": "", "sea-height": "", "ellipsoid-height": "", "place-error": "" };
   if (place) {
@@ -277,6 +277,7 @@ export function show_position(place, manifest, sea) {
     if (level) words["place-error"] = `${level.stated_max_error === null ? `error ${kNotKnown}` : `± ${metres(level.stated_max_error)}`} (level ${place.level})`;
   }
   for (const [id, text] of Object.entries(words)) element(id).textContent = text;
+  return Object.values(words).filter(Boolean).join(", ");
 }
 
 export function show_heading(heading_rad) {

@@ -8,6 +8,7 @@ const element = (id) => document.getElementById(id);
 
 const kSamples = 256;
 const kWidth = 320, kHeight = 96;  // of the picture, in its own units
+const kSteps = { ArrowLeft: -0.01, ArrowDown: -0.01, ArrowRight: 0.01, ArrowUp: 0.01, PageDown: -0.1, PageUp: 0.1, Home: -1, End: 1 };  // shares of it
 const kLift_m = 3;  // above the terrain, beside the line's own error
 
 // Where coarser tiles than the service's lie above the line it is seen through them, paler.
@@ -35,6 +36,7 @@ export class Profile {
     Object.assign(this, { scene, base, factor, on_change, on_error, on: false, ends: [], turn: 0 });
     this.line = null;
     element("profile-close").onclick = () => this.stop();
+    element("profile-chart").onkeydown = (event) => this.step(event);
     element("profile-chart").onpointermove = ({ offsetX, currentTarget }) => this.point(offsetX / currentTarget.clientWidth);
   }
 
@@ -115,17 +117,28 @@ export class Profile {
     element("profile-words").textContent = `${kilometres(length)} · ${low.toFixed(0)} to ${high.toFixed(0)} m ${geoid ? `above sea level (${geoid})` : "above the ellipsoid"} · ` +
       `up ${up.toFixed(0)} m, down ${down.toFixed(0)} m`;
     element("profile-error").textContent = error === null ? "error not known yet" : `± ${error.toFixed(error < 10 ? 2 : 1)} m (level ${level})`;
-    element("profile-place").textContent = "";
+    this.point(0);
     element("profile").hidden = false;
     tell(`${element("profile-words").textContent}, ${element("profile-error").textContent}`);
   }
 
   // What the chart shows at a share of its width.
   point(share) {
-    const point = this.points?.[Math.round(Math.min(1, Math.max(0, share)) * (this.points.length - 1))];
+    this.share = Math.min(1, Math.max(0, share));
+    const point = this.points?.[Math.round(this.share * (this.points.length - 1))];
     if (!point) return;
-    const height = height_of(point);
-    element("profile-mark").setAttribute("x", String(kWidth * share));
-    element("profile-place").textContent = `${kilometres(point.distance)}: ${height === null ? "no data" : `${height.toFixed(1)} m`}`;
+    const height = height_of(point), words = `${kilometres(point.distance)}: ${height === null ? "no data" : `${height.toFixed(1)} m`}`;
+    element("profile-mark").setAttribute("x", String(kWidth * this.share));
+    element("profile-place").textContent = words;
+    element("profile-chart").ariaValueNow = String(Math.round(100 * this.share));
+    element("profile-chart").ariaValueText = words;
+  }
+
+  // The same by keys, as a slider has them.
+  step(event) {
+    const { key } = event;
+    if (!(key in kSteps) || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    this.point(this.share + kSteps[key]);
   }
 }

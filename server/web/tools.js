@@ -4,6 +4,7 @@ import { place_under } from "./globe.js";
 import { write_link } from "./link_state.js";
 import { Profile } from "./profile.js";
 import { base_of } from "./service.js";
+import { tell } from "./unseen.js";
 import { Viewshed } from "./viewshed.js";
 
 const Cesium = window.Cesium;
@@ -48,20 +49,23 @@ export class Tools {
     if (on) tool.start();
   }
 
-  // The height under the pointer, once more when the geoid's height there is known.
-  point_at(position) {
+  // The height under the pointer, once more when the geoid's height there is known. aloud: it is read out, too.
+  point_at(position, aloud = false) {
     const { widget, tileset } = this.page;
     this.pointed = tileset && place_under(widget, tileset, position);
+    this.aloud = aloud;
     this.point_again();
   }
 
   point_again() {
-    panel.show_position(this.pointed, this.page.manifest, this.page.sea);
+    const words = panel.show_position(this.pointed, this.page.manifest, this.page.sea);
+    if (this.aloud) tell(words || "There is no terrain in the middle of the window.");
   }
 
-  // What a click takes, for those who have keys.
+  // What a pointer and its click take, for those who have keys.
   take_middle() {
-    const { widget, tileset } = this.page, { clientWidth, clientHeight } = widget.canvas;
-    if (tileset) this.on()?.take(place_under(widget, tileset, new Cesium.Cartesian2(clientWidth / 2, clientHeight / 2)));
+    const { widget: { canvas } } = this.page;
+    this.point_at(new Cesium.Cartesian2(canvas.clientWidth / 2, canvas.clientHeight / 2), true);
+    this.on()?.take(this.pointed);
   }
 }

@@ -5,6 +5,7 @@ import { dirname } from "node:path";
 import { fileURLToPath } from "node:url";
 
 import { kTerrainAlone, open_dataset, open_page, some_frames, tiles_loaded } from "./browser.mjs";
+import { focused, hear, heard } from "./unseen.mjs";
 import { look_straight_down, mean_colour } from "./views.mjs";
 
 const camera_of = (page) => page.evaluate(() => {
@@ -26,6 +27,7 @@ export async function try_upload(browser, url, raster) {
   assert.equal(new URL(await page.evaluate(() => window.location.href)).searchParams.get("dataset"), shown, "a link to the page's view does not name the dataset");
   const before = await page.$$eval("#datasets option", (options) => options.map(({ value }) => value));
   await page.route("**/v1/datasets?limit=500", (route) => route.continue({ url: route.request().url().replace("500", "1") }));  // a list of many pages
+  await hear(page);
   await page.setInputFiles("#file", raster);
   await page.waitForFunction((count) => document.querySelectorAll("#datasets option").length === count + 1, before.length);
   const id = await page.evaluate(() => document.getElementById("datasets").value);
@@ -33,6 +35,7 @@ export async function try_upload(browser, url, raster) {
   await page.waitForFunction((wanted) => new URL(window.location.href).searchParams.get("dataset") === wanted, id);
   await tiles_loaded(page);
   assert.equal(await page.isHidden("#going"), true, "the progress is still there");
+  for (const words of ["^sending part.tif, ", "^part.tif is ready"]) await heard(page, words);
   assert.match(await page.textContent("#drawn"), /[1-9][\d,]* triangles on screen · [\d.]+ MB/);
   assert.deepEqual(complaints, [], "the browser complained");
   return page;
@@ -171,6 +174,7 @@ export async function try_cancel(page, url, raster) {
   await page.waitForFunction((wanted) => document.getElementById("datasets").value === wanted, id);
   const deleted = page.waitForResponse((response) => response.request().method() === "DELETE");
   await page.click("#cancel");
+  assert.equal(await focused(page), "fold", "the focus went with the button");
   assert.ok((await deleted).url().endsWith(`/${id}`), "another dataset is deleted");
   assert.equal((await fetch(`${url}/v1/datasets/${id}`)).status, 404, "the server still has it");
   assert.equal(await page.isVisible("#going"), false, "the progress is still there");
@@ -221,6 +225,7 @@ export async function try_sample(browser, url) {
   const { page, complaints } = await open_page(browser, url, kTiny);
   await page.click("#sample");
   await tiles_loaded(page);
+  assert.equal(await focused(page), "globe", "the focus went with the welcome");
   assert.equal(await page.isVisible("#welcome"), false, "the welcome stands before the terrain");
   assert.match(await page.textContent("#title"), /white_mountains/);
   assert.deepEqual(complaints, [], "the browser complained");
@@ -322,7 +327,7 @@ export async function try_keys(page) {
   await page.keyboard.press("Escape");
   assert.equal(await page.getAttribute("#measure", "aria-pressed"), "false", "Escape does not end a tool");
   const named = (role, name) => page.getByRole(role, { name }).count();
-  for (const [role, name] of [["slider", /^Heights ×/], ["slider", /^Error/], ["button", "fold the panel"], ["main", /^The terrain/]]) {
+  for (const [role, name] of [["slider", /^Heights ×/], ["slider", /^Error/], ["button", "fold the panel"], ["application", /^The terrain/]]) {
     assert.equal(await named(role, name), 1, `${role} ${name} has no such name`);
   }
 }

@@ -16,11 +16,14 @@ export async function try_failed_uploads(page, url, [first, second]) {
   await page.click("#failed summary");
   const words = await page.textContent(`#failed-${first}`);
   assert.match(words, /no raster|cannot|not a/i, `the failed upload says why: ${words}`);
-  await page.click(`#failed-${first} button`);
+  const button = page.locator(`#failed-${first} button`);
+  assert.deepEqual([await button.getAttribute("aria-label"), await button.textContent()], ["Delete bad.tif", "delete"]);
+  await button.click();
   await page.waitForFunction((id) => !document.getElementById(`failed-${id}`), first);
   assert.equal((await page.request.get(`${url}/v1/datasets/${first}`)).status(), 404, "the server still has it");
   assert.equal(await page.textContent("#failed-count"), "1 upload failed");
   assert.ok(await page.$(`#failed-${second}`), "the other one is gone too");
+  assert.equal(await page.evaluate(() => document.activeElement.closest("li")?.id), `failed-${second}`, "the focus went with it");
 }
 
 // Whose the data is, is text: in the panel, and among the credits of CesiumJS, which takes them for HTML.

@@ -9,6 +9,7 @@ import { join } from "node:path";
 import { open_page, tiles_loaded } from "./browser.mjs";
 import { kTiny } from "./controls.mjs";
 import { lines_of_sight } from "./lines_of_sight.mjs";
+import { focused, hear, heard } from "./unseen.mjs";
 import { look_straight_down, mean_colour } from "./views.mjs";
 
 const kLeastAgreement = 0.97;
@@ -157,6 +158,7 @@ export async function try_viewshed(browser, page, url, id) {
   assert.equal(await page.getAttribute("#look-around", "aria-pressed"), "false");
   assert.equal(await page.evaluate(() => new URL(window.location.href).searchParams.get("seen_from")), null);
 
+  await hear(page);
   await page.focus("#look-around");  // without a mouse
   await page.keyboard.press("Enter");
   await page.focus("#globe");
@@ -165,5 +167,7 @@ export async function try_viewshed(browser, page, url, id) {
   await page.focus("#viewshed-close");
   await page.keyboard.press("Enter");
   assert.equal(await page.isVisible("#viewshed"), false);
+  assert.equal(await focused(page), "look-around", "the focus went with it");
+  await heard(page, "^[\\d.,]+ km² are seen within 5 km · cells of");
   await page.click("#fold");
 }

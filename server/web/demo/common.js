@@ -8,7 +8,10 @@ const kClients = {
 };
 const here = location.pathname.split("/").at(-1).replace(".html", "");
 element("client").replaceChildren(...Object.entries(kClients).map(([name, words]) => new Option(words, name, false, name === here)));
-element("client").onchange = ({ target }) => { location.href = `${target.value}.html`; };
+element("clients").onsubmit = (event) => {
+  event.preventDefault();
+  location.href = `${element("client").value}.html`;
+};
 element("viewer").href += `?dataset=${encodeURIComponent(id)}`;
 
 // The viewer's own token: this tab's, where no other site can read it.
