@@ -48,19 +48,24 @@ export function post(files, options, taken = () => {}) {
     },
   });
   upload.cancel = () => {
-    over(upload);
-    give_up().then(() => on.cancelled(upload.id), ({ message }) => on.failed(message));
+    const given_up = give_up();
+    if (!upload.id) over(upload);
+    (upload.id ? forget(upload.id, given_up) : given_up).then(() => on.cancelled(upload.id), ({ message }) => on.failed(message));
   };
 }
 
-// It is being deleted: what is heard of that is no news. Whether it was listened to.
-export function forget(id) {
-  const known = stops.has(id);
-  mine.delete(id);
+// It is being deleted: what is heard of that is no news, unless that is refused. deleted: a promise of it, which is given back.
+export async function forget(id, deleted) {
+  const listened = stops.has(id), was_mine = mine.delete(id), upload = last?.id === id ? last : null;
   stop_listening(id);
-  if (last?.id === id) over(last);
+  if (upload) over(upload);
   else if (id === shown && !last) show_progress(null);
-  return known;
+  await deleted.catch((error) => {
+    if (was_mine) mine.add(id);
+    if (upload) last ??= upload;
+    if (listened && (was_mine || id === shown)) listen_to(id);
+    throw error;
+  });
 }
 
 function over(upload) {

@@ -1,6 +1,7 @@
 // From a file on this machine to a dataset: the upload's progress, then the build's, as the server tells it.
+import { delete_dataset } from "./change.js";
 import { words_of } from "./problem.js";
-import { ask, listen, refused, show_token_to } from "./token.js";
+import { listen, refused, show_token_to } from "./token.js";
 
 // Several files are one dataset: rasters, the first wins, and what lies beside a raster (.hdr, .prj). One alone is the body itself.
 export function post_address(files, options) {
@@ -38,7 +39,7 @@ export function post_rasters(files, options, on) {
   request.send(post_body(files));
   return async () => {
     request.abort();
-    if (id) await ask(`v1/datasets/${encodeURIComponent(id)}`, { method: "DELETE" });
+    if (id) await delete_dataset(id);
   };
 }
 

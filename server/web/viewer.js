@@ -28,8 +28,8 @@ const Cesium = window.Cesium;
 const page = (window.cordillera = {
   widget: null, scene: null, tileset: null, id: null, version: undefined, manifest: null, datasets: [], error: null, tilesLoaded: false, looks: null });
 
-// What the page shows or waits for, as somebody chose it: its id, the version of which it was told, and whether its blocks are made where people look.
-const wanted = { id: null, version: undefined, lazy: false };
+// What the page shows or waits for, as somebody chose it: its id, the version of which it was told, whether its blocks are made where people look, its name.
+const wanted = { id: null, version: undefined, lazy: false, label: "" };
 
 function report(error) {
   page.error = String(error.message || error);
@@ -168,7 +168,7 @@ async function show_tiles(id, words) {
   panel.show_demos(base);
   panel.show_snippets(snippets_for(new URL(base, document.baseURI).href, manifest.bounds));
   if (!again && !set_camera(page.scene.camera, camera_named())) home();
-  panel.say_state(first_look() || words, !again || words !== "");
+  panel.say_state([words, first_look()].filter(Boolean).join(" "), !again || words !== "");
 }
 
 // What is on its way to the page: of which dataset, and when that is over.
@@ -182,10 +182,10 @@ async function open_dataset(id, words) {
   const turn = ++showing;
   Object.assign(wanted, { id, version: undefined });
   panel.select_dataset(id);
-  const { state, provisional, asleep, version, build, links } = await fetch_json(base_of(id));
+  const status = await fetch_json(base_of(id)), { state, provisional, asleep, version, build, links } = status;
   if (turn !== showing) return;
   panel.offer_changes(!version || Boolean(links.version));  // what is mounted has one version, without an address
-  Object.assign(wanted, { version, lazy: build === "lazy" });
+  Object.assign(wanted, { version, lazy: build === "lazy", label: panel.label_of(status) });
   const building = state === "queued" || state === "running";
   builds.look_at(id, building);
   if (building && !provisional && !asleep) return panel.say_state("Nothing can be seen of this dataset yet. It is shown as soon as something can.", true);
@@ -229,17 +229,17 @@ async function list_datasets() {
   panel.fill_failed_list(page.datasets, (id) => delete_dataset(id).then(list_datasets).catch(report));
 }
 
-const label_of_id = (id) => panel.label_of(page.datasets.find((one) => one.id === id) ?? { id });
+// The list has the newest ones alone.
+function label_of_id(id) {
+  const listed = page.datasets.find((one) => one.id === id);
+  return listed ? panel.label_of(listed) : (id === wanted.id && wanted.label) || id;
+}
 
 // What is chosen is deleted, once somebody has said so twice.
 async function remove() {
   const { id } = wanted, label = label_of_id(id);
   if (!id || !(await is_to_go(label))) return;
-  const listened = builds.forget(id);
-  await delete_dataset(id).catch((error) => {
-    if (listened && id === wanted.id) open(id);  // it goes on
-    throw error;
-  });
+  await builds.forget(id, delete_dataset(id));
   await leave(id, `“${label}” is deleted.`);
 }
 

@@ -172,6 +172,12 @@ export async function try_cancel(page, url, raster) {
   const id = (await posted).headers().location.split("/").at(-1);
   await page.waitForFunction(() => !document.getElementById("going").hidden && !document.getElementById("stage").textContent.startsWith("sending"));
   await page.waitForFunction((wanted) => document.getElementById("datasets").value === wanted, id);
+  const refusal = (route) => (route.request().method() === "DELETE" ? route.fulfill({ status: 403, json: { detail: "This takes write." } }) : route.fallback());
+  await page.route(`**/v1/datasets/${id}`, refusal);
+  await page.click("#cancel");
+  await page.waitForFunction(() => document.getElementById("message").textContent === "This takes write.");
+  await page.waitForSelector("#cancel:not([hidden])");  // the build goes on
+  await page.unroute(`**/v1/datasets/${id}`, refusal);
   const deleted = page.waitForResponse((response) => response.request().method() === "DELETE");
   await page.click("#cancel");
   assert.equal(await focused(page), "fold", "the focus went with the button");

@@ -99,7 +99,7 @@ export async function try_zoomed(page) {
         document.getElementById(id).scrollIntoView({ block: "nearest" });
         const { left, top, right, bottom } = document.getElementById(id).getBoundingClientRect();
         const seen = document.elementFromPoint((left + right) / 2, Math.min((top + bottom) / 2, 255));
-        if (top < 0 || left < 0 || right > 320 || bottom > 256 || !document.getElementById(id).contains(seen)) out.push(id);
+        if (window.scrollY + document.body.scrollTop > 0 || top < 0 || left < 0 || right > 320 || bottom > 256 || !document.getElementById(id).contains(seen)) out.push(id);
       }
       document.getElementById(card).hidden = true;
     }
@@ -108,6 +108,18 @@ export async function try_zoomed(page) {
   assert.deepEqual(outside, [], "it lies outside of the window, or something lies over it");
   await page.click("#fold");
   await page.setViewportSize(before);
+}
+
+// A narrow window has all of the pages' words without scrolling sideways, and their tables have heads.
+export async function try_docs(browser, url) {
+  const { page, complaints } = await open_page(browser, `${url}/docs`, { viewport: { width: 320, height: 256 } });
+  const { across, headless } = await page.evaluate(() => {
+    for (const drawer of document.querySelectorAll("details")) drawer.open = true;
+    return { across: document.documentElement.scrollWidth, headless: [...document.querySelectorAll("table")].filter((one) => !one.querySelector("th")).length };
+  });
+  assert.deepEqual([across, headless], [320, 0], "its width in a window of 320 px, and tables without a head");
+  assert.deepEqual(complaints, [], "the browser complained");
+  await page.close();
 }
 
 // A token does not take files away that wait for it; without any the page begins anew.

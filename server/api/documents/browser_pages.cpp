@@ -16,7 +16,8 @@ std::string parameters_html(const Json& operation) {
     out += "<tr><td><code>" + html_text(parameter["name"].get<std::string>()) + "</code></td><td>" +
            html_text(parameter.value("in", "")) + "</td><td>" + html_text(parameter.value("description", "")) + "</td></tr>\n";
   }
-  return out.empty() ? "" : "<details><summary>parameters</summary><table>" + out + "</table></details>\n";
+  const std::string head = "<tr><th>name</th><th>in</th><th>what it is</th></tr>\n";
+  return out.empty() ? "" : "<details><summary>parameters</summary><table>" + head + out + "</table></details>\n";
 }
 
 std::string operation_html(const std::string& method, const std::string& path, const Json& operation) {
@@ -32,7 +33,7 @@ std::string made_page() {
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
       "content=\"width=device-width\"><title>Cordillera: API</title>\n"
       "<style>body{font:1rem/1.5 system-ui,sans-serif;max-width:60rem;margin:auto;padding:1rem;color-scheme:light "
-      "dark}td{vertical-align:top;padding:0 1rem 0 0}"
+      "dark}th,td{vertical-align:top;text-align:left;padding:0 1rem 0 0}h3,td{overflow-wrap:anywhere}td{min-width:4rem}"
       "</style></head><body>\n<h1>Cordillera " CORDILLERA_VERSION
       "</h1>\n<p>Post an elevation model, fetch terrain tiles. For programs: <a href=\"api\">OpenAPI</a>. "
       "To look at: <a href=\"./\">the viewer</a>.</p>\n";
