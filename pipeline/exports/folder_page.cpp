@@ -27,11 +27,13 @@ html, body, #map, #map .cesium-widget, #map canvas { margin: 0; width: 100%; hei
 #words { position: absolute; top: 12px; left: 12px; max-width: calc(100vw - 56px); padding: 8px 16px; border-radius: 12px; }
 #words { color: #eaf0f5; background: rgb(15 22 31 / 85%); font: 14px/1.4 system-ui, sans-serif; }
 #words p { margin: 0; opacity: .8; }
-#words p:empty { display: none; }
+#words p:empty { position: absolute; }
+#map:focus-visible::after { content: ""; position: fixed; inset: 0; border: 3px solid #5aa9ff; pointer-events: none; }
 </style>
 </head>
 <body>
-<div id="map" aria-label="The terrain on the globe"></div>
+<div id="map" role="application" tabindex="0" aria-label="The terrain on the globe. Arrow keys move, + and - zoom,
+Page Up and Page Down tilt, [ and ] turn, Home goes back to the data."></div>
 <div id="words"><strong>@TITLE@</strong><p id="message" role="status"></p><p>@ATTRIBUTION@</p></div>
 <script type="module">
 const say = (text) => { document.getElementById("message").textContent = text; };
@@ -84,8 +86,26 @@ try {
     tint.setUniform("u_up", Cesium.Ellipsoid.WGS84.geodeticSurfaceNormal(camera.positionWC, new Cartesian3()));
     tint.setUniform("u_height", camera.positionCartographic.height);
   });
-  camera.viewBoundingSphere(sphere, new HeadingPitchRange(-0.4, -0.45, 1.7 * sphere.radius));
-  camera.lookAtTransform(Matrix4.IDENTITY);
+  const look_at_data = () => {
+    camera.viewBoundingSphere(sphere, new HeadingPitchRange(-0.4, -0.45, 1.7 * sphere.radius));
+    camera.lookAtTransform(Matrix4.IDENTITY);
+  };
+  look_at_data();
+
+  // As in the viewer: steps grow with the height.
+  const step = (share) => share * Math.max(Math.abs(camera.positionCartographic.height), 20);
+  const closer = () => camera.moveForward(step(0.2));
+  const keys = {
+    ArrowUp: () => camera.moveUp(step(0.06)), ArrowDown: () => camera.moveDown(step(0.06)), "+": closer, "=": closer,
+    ArrowLeft: () => camera.moveLeft(step(0.06)), ArrowRight: () => camera.moveRight(step(0.06)),
+    "-": () => camera.moveBackward(step(0.2)), PageUp: () => camera.lookUp(0.05), PageDown: () => camera.lookDown(0.05),
+    "[": () => camera.lookLeft(0.05), "]": () => camera.lookRight(0.05), Home: look_at_data,
+  };
+  document.getElementById("map").addEventListener("keydown", (event) => {
+    if (!keys[event.key] || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    keys[event.key]();
+  });
   const stop = scene.postRender.addEventListener(() => {
     if (!tileset.tilesLoaded || tileset.statistics.numberOfTilesWithContentReady === 0) return;
     document.body.dataset.tiles = "final";

@@ -33,9 +33,29 @@ export async function try_demo_page(name, { browser, url, id, modules, pictures,
   const { deviation } = await picture_of(opened, `${pictures}/demo-${picture}.png`);
   assert.ok(deviation > kLeastSpread, `there is no terrain: shades deviate by ${deviation.toFixed(1)} of 255`);
   if (name === "threejs") await try_drag(opened);
+  if (name in kPlaces) await try_keys(opened, kPlaces[name]);
   assert.deepEqual(opened.complaints, [], "the browser complained");
   await opened.page.close();
   return `shades deviate by ${deviation.toFixed(1)} of 255`;
+}
+
+// Keys move the map and its height, where the page itself sees to that.
+const of_camera = () => { const { x, y, z } = globalThis.demo.camera.position; return [x, y, z]; };
+const kPlaces = {
+  cesium: of_camera, threejs: of_camera, openlayers: () => globalThis.demo.map.getView().getCenter(),
+  leaflet: () => { const { lng, lat } = globalThis.demo.map.getCenter(); return [lng, lat]; },
+};
+async function try_keys({ page }, place) {
+  assert.equal(await page.getByRole("application").count(), 1, "the map is none for screen readers");
+  await page.focus("#map");
+  for (const key of ["ArrowRight", "ArrowUp"]) {
+    const before = await page.evaluate(place);
+    await page.keyboard.press(key);
+    await page.waitForFunction(`JSON.stringify((${place})()) !== ${JSON.stringify(JSON.stringify(before))}`);
+  }
+  if (!(await page.$("#height, .leaflet-container"))) return;
+  await page.keyboard.press("Enter");
+  await page.waitForFunction(() => ["message", "height"].some((id) => /m above sea level|no data/.test(document.getElementById(id)?.textContent)));
 }
 
 async function try_drag({ page }) {
