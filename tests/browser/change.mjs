@@ -91,11 +91,17 @@ export async function try_delete_of_last(browser, url) {
 export async function try_delete_of_unfinished(browser, url, id) {
   const { page } = await open_page(browser, `${url}/?dataset=${id}`, kTiny);
   await said(page, "made where you look");
+  await page.route("**/v1/datasets?limit=500", (route) => route.fulfill({ json: { datasets: [] } }));  // it is older than what a list has
+  await page.evaluate(() => document.getElementById("rename").click());  // the panel is folded
+  await page.fill("#new-title", "Old hills");
+  await page.keyboard.press("Enter");
+  await said(page, "^It has another title now\\. A first look");
   await page.evaluate(() => {
     window.said = [];
     new MutationObserver(([{ target }]) => window.said.push(target.textContent)).observe(document.getElementById("message"), { childList: true });
     document.getElementById("delete").click();  // the panel is folded
   });
+  assert.equal(await page.textContent("#deleting-title"), "Delete “Old hills”?");
   await page.click("#deleting .danger");
   await said(page, "is deleted");
   assert.deepEqual(await page.evaluate(() => window.said.filter((words) => !/is deleted|made where you look/.test(words))), []);

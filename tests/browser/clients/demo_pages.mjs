@@ -246,6 +246,12 @@ export async function try_folder_page({ browser, plain, modules, pictures }) {
   const { deviation } = await picture_of(opened, `${pictures}/folder.png`);
   assert.ok(deviation > kLeastSpread, `there is no terrain: shades deviate by ${deviation.toFixed(1)} of 255`);
   assert.match(await opened.page.textContent("#words"), /white_mountains/);
+  await opened.page.focus("#map");
+  const before = await opened.page.screenshot();
+  await opened.page.keyboard.press("-");
+  let moved = false;
+  for (let tries = 0; tries < 50 && !moved; ++tries) moved = !before.equals(await opened.page.screenshot());
+  assert.ok(moved, "keys do not move it");
   assert.deepEqual(opened.complaints, [], "the browser complained");
   await opened.page.close();
   return `shades deviate by ${deviation.toFixed(1)} of 255`;
