@@ -1,4 +1,4 @@
-// What somebody does to a dataset of the page: another title, or its end. All of it by keys, as somebody does who sees no pointer.
+// What somebody does to a dataset of the page: another title, or its end. Title and end by keys, as somebody does who sees no pointer.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 
@@ -106,6 +106,35 @@ export async function try_delete_of_unfinished(browser, url, id) {
   await said(page, "is deleted");
   assert.deepEqual(await page.evaluate(() => window.said.filter((words) => !/is deleted|made where you look/.test(words))), []);
   assert.equal((await fetch(`${url}/v1/datasets/${id}`)).status, 404);
+  await page.close();
+}
+
+// A build that was begun on the page can be cancelled there: the service forgets it, and the page goes back to what it showed before.
+export async function try_cancel(page, url, raster) {
+  const before = await page.evaluate(() => window.cordillera.id);
+  // Something of it can be seen, and it is not over, however fast it is.
+  await page.route("**/events", (route) => route.fulfill({ contentType: "text/event-stream", body: ["progress", "tiles"].map((name) =>
+    `event: ${name}\ndata: ${JSON.stringify({ stage: "making tiles", share: 0.1, provisional: true, tiles: 1, levels: [{ level: 1 }] })}\n\n`).join("") }));
+  const posted = page.waitForResponse((response) => response.request().method() === "POST");
+  await page.setInputFiles("#file", raster);
+  const id = (await posted).headers().location.split("/").at(-1);
+  await page.waitForFunction(() => !document.getElementById("going").hidden && !document.getElementById("stage").textContent.startsWith("sending"));
+  await page.waitForFunction((wanted) => document.getElementById("datasets").value === wanted, id);
+  const refusal = (route) => (route.request().method() === "DELETE" ? route.fulfill({ status: 403, json: { detail: "This takes write." } }) : route.fallback());
+  await page.route(`**/v1/datasets/${id}`, refusal);
+  await page.click("#cancel");
+  await page.waitForFunction(() => document.getElementById("message").textContent === "This takes write.");
+  await page.waitForSelector("#cancel:not([hidden])");  // the build goes on
+  await page.unroute(`**/v1/datasets/${id}`, refusal);
+  const deleted = page.waitForResponse((response) => response.request().method() === "DELETE");
+  await page.click("#cancel");
+  assert.equal(await focused(page), "fold", "the focus went with the button");
+  assert.ok((await deleted).url().endsWith(`/${id}`), "another dataset is deleted");
+  assert.equal((await fetch(`${url}/v1/datasets/${id}`)).status, 404, "the server still has it");
+  assert.equal(await page.isVisible("#going"), false, "the progress is still there");
+  await page.waitForFunction((wanted) => window.cordillera.id === wanted && document.getElementById("datasets").value === wanted, before);
+  await page.waitForFunction(() => /cancelled, and it is deleted/.test(document.getElementById("message").textContent));
+  assert.equal(new URL(page.url()).searchParams.get("dataset"), before, "the address names what is deleted");
   await page.close();
 }
 

@@ -6,8 +6,8 @@ import { readFileSync } from "node:fs";
 import { parseArgs } from "node:util";
 
 import { kTerrainAlone, open_dataset, with_browser } from "./browser.mjs";
-import { kSmall, try_bad_upload, try_cancel, try_draft, try_folder, try_imagery, try_keys, try_link, try_link_of_controls, try_looks, try_phone, try_pointer, try_profile, try_refusals, try_sample, try_snippets, try_upload } from "./controls.mjs";
-import { try_delete, try_delete_of_last, try_delete_of_unfinished, try_mounted, try_rename } from "./change.mjs";
+import { kSmall, try_bad_upload, try_draft, try_folder, try_imagery, try_keys, try_link, try_link_of_controls, try_looks, try_phone, try_pointer, try_profile, try_refusals, try_sample, try_snippets, try_upload } from "./controls.mjs";
+import { try_cancel, try_delete, try_delete_of_last, try_delete_of_unfinished, try_mounted, try_rename } from "./change.mjs";
 import { try_asleep, try_choice, try_deleted, try_interrupted, try_lazy, try_new_version } from "./following.mjs";
 import { try_live } from "./live.mjs";
 import { try_credits, try_failed_uploads, try_folding, try_low_window } from "./panel.mjs";
