@@ -3,8 +3,10 @@
 #include <cerrno>
 #include <cstring>
 #include <set>
+#include <vector>
 
 #include "pipeline/build/blank_manifest.h"
+#include "pipeline/build/in_flight.h"
 #include "pipeline/build/water_build.h"
 #include "pipeline/store/mesh_files.h"
 #include "pipeline/store/sqlite.h"
@@ -17,6 +19,9 @@ namespace cordillera::pipeline::work {
 namespace {
 
 constexpr std::size_t kMostNamed = 5;  // in a message
+
+/// In object storage a shard is a few requests, whose answers take longer than to commit it.
+constexpr std::size_t kReadAtOnce = 16;
 
 proto::Result<void> all_there(const proto::WorkPlan& plan, const std::string& folder) {
   const auto there = shards_there(folder, Shards::done);
@@ -42,14 +47,17 @@ proto::Result<proto::Manifest> collect(const proto::WorkPlan& plan, const std::s
                                        const std::atomic<bool>& stop) {
   auto store = StoreWriter::open(path, plan.plan());
   if (!store.ok()) return store.problem();
-  for (const proto::WorkStage& stage : plan.stages()) {
-    for (const proto::WorkTask& task : stage.tasks()) {
-      if (stop) return kCancelled;
-      auto finished = read_shard_tiles(folder, task);
-      if (!finished.ok()) return finished.problem();
-      if (const auto committed = (*store)->commit(*finished); !committed.ok()) return committed.problem();
-    }
-  }
+  std::vector<const proto::WorkTask*> tasks;
+  for (const proto::WorkStage& stage : plan.stages())
+    for (const proto::WorkTask& task : stage.tasks()) tasks.push_back(&task);
+  const auto read = [&](std::size_t k) {
+    return stop ? proto::Result<FinishedTask>(kCancelled) : read_shard_tiles(folder, *tasks[k]);
+  };
+  const auto commit = [&](std::size_t, FinishedTask&& task) { return (*store)->commit(task); };
+  if (const auto all = in_flight(
+          tasks.size(), [] { return kReadAtOnce; }, read, commit);
+      !all.ok())
+    return all.problem();
   if (const auto masked = build_water_above(plan.plan(), **store, stop); !masked.ok()) return masked.problem();
   return publish_store(**store, request_of(plan), plan);
 }

@@ -46,12 +46,13 @@ class Mosaic final : public Source {
   const proto::Source& description() const override { return description_; }
 
   Window window(const proto::Lattice& lattice) const override {
+    if (const auto known = windows_.find(lattice.finest_level); known != windows_.end()) return known->second;
     std::vector<Window> windows;
     for (const MosaicMember& member : members_) {
       const Window w = coarser(member.window, lattice);
       if (w.west <= w.east && w.south <= w.north) windows.push_back(w);
     }
-    return windows.empty() ? Window{0, 0, -1, -1} : hull(std::move(windows), lattice.columns());
+    return windows_[lattice.finest_level] = windows.empty() ? Window{0, 0, -1, -1} : hull(std::move(windows), lattice.columns());
   }
 
   bool empty(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int64_t columns,
@@ -349,6 +350,7 @@ class Mosaic final : public Source {
   double feather_m_;
   std::vector<std::size_t> sheets_;  ///< see sheets_of; empty: nothing is blended
   proto::Source description_;
+  mutable std::map<int, Window> windows_;                                      ///< by level; asked for at every empty place
   proto::Lru<std::size_t, std::shared_ptr<RasterSource>> open_{kOpenMembers};  ///< each counts one
   std::shared_ptr<SharedPixels> lately_;                                       ///< may be null
   std::map<std::size_t, std::vector<GridNeighbour>> neighbours_;       ///< by member, of those that were read beyond their sides
