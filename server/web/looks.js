@@ -2,6 +2,7 @@
 import { mend_antimeridian } from "./antimeridian.js";
 import { follow_detail, shaded_relief } from "./shaded_relief.js";
 import { as_drawn, follow_camera, height_tint, plain_ambient } from "./terrain_style.js";
+import { mend_rims } from "./tile_rims.js";
 import { ask, asked_by_cesium } from "./token.js";
 
 const Cesium = window.Cesium;
@@ -28,6 +29,7 @@ const kThrough = 0.4;
 const kFirstDetail = { shaded: "0", pictures: "-1" };
 
 mend_antimeridian();
+mend_rims();
 
 export class Looks {
   // normal_maps: the tiles have them. on_failed(): a picture of the service cannot be had.

@@ -16,8 +16,8 @@ export function set_background(page, colour) {
 }
 
 // The camera over the data's centre, looking down, so that the picture's height covers a share of the data's extent.
-export async function look_straight_down(page, { share, error_px }) {
-  await page.evaluate(({ share, error_px }) => {
+export async function look_straight_down(page, { share, error_px, heading = 0 }) {
+  await page.evaluate(({ share, error_px, heading }) => {
     const { scene, tileset, manifest } = window.cordillera;
     const { Cartesian3, Math: CesiumMath } = window.Cesium;
     const [west, south, to, north, , max_height] = manifest.bounds, east = to < west ? to + 360 : to;
@@ -32,9 +32,9 @@ export async function look_straight_down(page, { share, error_px }) {
     tileset.cullRequestsWhileMoving = false;
     scene.camera.setView({
       destination: Cartesian3.fromDegrees(longitude, latitude, max_height + range_m),
-      orientation: { heading: 0, pitch: -CesiumMath.PI_OVER_TWO, roll: 0 },
+      orientation: { heading, pitch: -CesiumMath.PI_OVER_TWO, roll: 0 },
     });
-  }, { share, error_px });
+  }, { share, error_px, heading });
   await tiles_loaded(page);
 }
 
@@ -59,7 +59,7 @@ function measure(page, kind) {
     const context = flat.getContext("2d");
     context.drawImage(scene.canvas, 0, 0);
     const { data } = context.getImageData(0, 0, flat.width, flat.height);
-    let magenta = 0, sum = 0, squares = 0;
+    let magenta = 0, sum = 0, squares = 0, darkest = 255;
     const pixels = data.length / 4;
     for (let i = 0; i < data.length; i += 4) {
       const [red, green, blue] = [data[i], data[i + 1], data[i + 2]];
@@ -67,14 +67,17 @@ function measure(page, kind) {
       const light = 0.2126 * red + 0.7152 * green + 0.0722 * blue;
       sum += light;
       squares += light * light;
+      darkest = Math.min(darkest, light);
     }
     const mean = sum / pixels;
     if (wanted === "colour") return [0, 1, 2].map((k) => data.reduce((total, value, i) => (i % 4 === k ? total + value : total), 0) / pixels);
+    if (wanted === "darkest") return mean - darkest;
     return wanted === "cracks" ? magenta / pixels : Math.sqrt(Math.max(squares / pixels - mean * mean, 0));
   }, kind);
 }
 export const mean_colour = (page) => measure(page, "colour");
 export const crack_share = (page) => measure(page, "cracks");
+export const darkest_below_mean = (page) => measure(page, "darkest");
 export const luminance_deviation = (page) => measure(page, "luminance");
 
 // Ellipsoidal heights of the loaded surface, by intersecting its triangles with the ellipsoid's normal; null where there is none.
