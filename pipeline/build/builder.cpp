@@ -89,11 +89,11 @@ proto::Result<void> Builder::prepare() {
   const std::size_t on_their_way = tasks_at_once() + tasks_ahead() + 1;
   pixels_ = std::make_shared<raster::SharedPixels>(memory_for_pixels(plan_, on_their_way, room_.memory_mib));
   // With the plan as it is: its targets may be changed meanwhile.
-  const auto open = [open = open_, plan = plan_, pixels = pixels_] {
+  const auto open = [open = open_, plan = plan_, pixels = pixels_]() -> proto::Result<std::unique_ptr<raster::Source>> {
     auto source = open();
-    if (source.ok() && *source) (*source)->share_pixels(pixels, 0);  // merges have none
-    if (source.ok()) source = source_of_tiles(plan, std::move(*source));
-    return source;
+    if (!source.ok() || !*source) return source;  // merges have none
+    (*source)->share_pixels(pixels, 0);
+    return source_of_tiles(plan, std::move(*source));
   };
   if (const auto begun = sources_.open(workers_.threads(), open); !begun.ok()) return begun;
   if (const auto mask = water_.open(); !mask.ok()) return mask;
