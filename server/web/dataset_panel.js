@@ -16,7 +16,6 @@ export function say_state(words, over_all = false) {
   state_words = words;
   if (free) say(words);
 }
-export const say_of_tool = (words) => say(words || state_words);
 
 // What is said of provisional tiles. lazy: blocks are made where people look.
 export function first_look_words({ provisional, done_blocks }, lazy) {
@@ -28,6 +27,15 @@ export function first_look_words({ provisional, done_blocks }, lazy) {
 
 // Words that are not true any more, unless something else has been said since.
 export const take_back = (words) => { if (element("message").textContent === words) say(state_words); };
+export const take_back_all = () => say(state_words);
+
+// Empty ones: what it has said is over.
+let tool_words = "";
+export function say_of_tool(words) {
+  if (words) say(words);
+  else take_back(tool_words);
+  tool_words = words;
+}
 export function say_for(words, milliseconds) {
   say(words);
   setTimeout(() => take_back(words), milliseconds);

@@ -1,5 +1,5 @@
 // What is to be posted, before it is: files, options, and what a build would make of them (a dry run).
-import { bring_up, say_of_tool } from "./dataset_panel.js";
+import { bring_up, take_back_all } from "./dataset_panel.js";
 import { field, kOptions, words_of } from "./problem.js";
 import { ask, refused } from "./token.js";
 import { show } from "./unseen.js";
@@ -26,7 +26,7 @@ export class Draft {
   // A new token changes what there is to see, so the page begins anew; but not while files wait on it.
   take_token() {
     if (this.files.length === 0) return window.location.reload();
-    say_of_tool("");
+    take_back_all();
     return this.estimate();
   }
 

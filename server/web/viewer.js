@@ -168,7 +168,7 @@ async function show_tiles(id, words) {
   panel.show_demos(base);
   panel.show_snippets(snippets_for(new URL(base, document.baseURI).href, manifest.bounds));
   if (!again && !set_camera(page.scene.camera, camera_named())) home();
-  panel.say_state([words, first_look()].filter(Boolean).join(" "), !again || words !== "");
+  panel.say_state([words, first_look()].filter(Boolean).join(" "), words !== "");
 }
 
 // What is on its way to the page: of which dataset, and when that is over.
@@ -182,6 +182,7 @@ async function open_dataset(id, words) {
   const turn = ++showing;
   Object.assign(wanted, { id, version: undefined });
   panel.select_dataset(id);
+  if (id !== page.id) panel.say_state("", true);  // of another one; what is said while this one comes stays
   const status = await fetch_json(base_of(id)), { state, provisional, asleep, version, build, links } = status;
   if (turn !== showing) return;
   panel.offer_changes(!version || Boolean(links.version));  // what is mounted has one version, without an address

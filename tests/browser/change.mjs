@@ -115,6 +115,10 @@ export async function try_cancel(page, url, raster) {
   // Something of it can be seen, and it is not over, however fast it is.
   await page.route("**/events", (route) => route.fulfill({ contentType: "text/event-stream", body: ["progress", "tiles"].map((name) =>
     `event: ${name}\ndata: ${JSON.stringify({ stage: "making tiles", share: 0.1, provisional: true, tiles: 1, levels: [{ level: 1 }] })}\n\n`).join("") }));
+  // Its tiles come after the refusal below, which they leave where it is.
+  let refused;
+  const told = new Promise((then) => { refused = then; });
+  await page.route("**/tileset.json*", (route) => told.then(() => route.fallback()));
   const posted = page.waitForResponse((response) => response.request().method() === "POST");
   await page.setInputFiles("#file", raster);
   const id = (await posted).headers().location.split("/").at(-1);
@@ -125,6 +129,9 @@ export async function try_cancel(page, url, raster) {
   await page.click("#cancel");
   await page.waitForFunction(() => document.getElementById("message").textContent === "This takes write.");
   await page.waitForSelector("#cancel:not([hidden])");  // the build goes on
+  refused();
+  await page.waitForFunction((wanted) => window.cordillera.id === wanted, id);
+  assert.equal(await page.textContent("#message"), "This takes write.", "what is shown since has taken its place");
   await page.unroute(`**/v1/datasets/${id}`, refusal);
   const deleted = page.waitForResponse((response) => response.request().method() === "DELETE");
   await page.click("#cancel");
