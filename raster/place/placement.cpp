@@ -12,6 +12,7 @@
 #include "raster/gdal/formats.h"
 #include "raster/gdal/gdal_scope.h"
 #include "raster/place/area_of_use.h"
+#include "raster/place/transform.h"
 
 namespace cordillera::raster {
 namespace {
@@ -22,25 +23,6 @@ constexpr double kRounded_px = 1.0 / 20;
 using proto::Problem;
 
 constexpr double kNoPlace = std::numeric_limits<double>::quiet_NaN();
-
-OGRSpatialReference wgs84() {
-  OGRSpatialReference srs;
-  srs.importFromEPSG(4326);
-  srs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-  return srs;
-}
-
-void apply(OGRCoordinateTransformation& transform, double* x, double* y, std::size_t count) {
-  // Blocks keep the flags on the stack; each point is transformed on its own whatever block it is in.
-  constexpr std::size_t kBlock = 1024;
-  int ok[kBlock];
-  for (std::size_t at = 0; at < count; at += kBlock) {
-    const int n = static_cast<int>(std::min(kBlock, count - at));
-    transform.Transform(n, x + at, y + at, nullptr, ok);
-    for (int k = 0; k < n; ++k)
-      if (!ok[k] || !std::isfinite(x[at + k]) || !std::isfinite(y[at + k])) x[at + k] = y[at + k] = kNoPlace;
-  }
-}
 
 double degrees_per_unit(const Crs& crs) { return crs.horizontal.GetAngularUnits() * 180 / std::numbers::pi; }
 
@@ -124,16 +106,6 @@ proto::Result<void> Placement::check_degrees(const Dataset& dataset, const Crs& 
   return {};
 }
 
-/// The operation that is best around a place, for the whole raster.
-std::unique_ptr<OGRCoordinateTransformation> best_around(double longitude_deg, double latitude_deg, const Crs& crs,
-                                                         OGRCoordinateTransformationOptions options) {
-  const double south = std::max(-90.0, latitude_deg - 0.5), north = std::min(90.0, latitude_deg + 0.5);
-  const double west = std::max(-180.0, longitude_deg - 0.5), east = std::min(180.0, longitude_deg + 0.5);
-  if (west < east && south < north) options.SetAreaOfInterest(west, south, east, north);
-  const OGRSpatialReference geographic = wgs84();
-  return std::unique_ptr<OGRCoordinateTransformation>(OGRCreateCoordinateTransformation(&geographic, &crs.horizontal, options));
-}
-
 bool Placement::transform_to(const Crs& crs, Way way) {
   const OGRSpatialReference geographic = wgs84();
   OGRCoordinateTransformationOptions options;
@@ -151,10 +123,11 @@ bool Placement::transform_to(const Crs& crs, Way way) {
     const auto use = area_of_use(crs.horizontal);
     if (!use) return false;
     const LonLat near = nearest_place(use->stated, x[k], y[k]);
-    to_map_ = best_around(near.longitude_deg, near.latitude_deg, crs, options);
-    if (!to_map_) to_map_ = best_around(middle_longitude_deg(use->stated), middle_latitude_deg(use->stated), crs, options);
+    to_map_ = best_around(near.longitude_deg, near.latitude_deg, crs.horizontal, options);
+    if (!to_map_)
+      to_map_ = best_around(middle_longitude_deg(use->stated), middle_latitude_deg(use->stated), crs.horizontal, options);
   } else {
-    to_map_ = best_around(x[k], y[k], crs, options);
+    to_map_ = best_around(x[k], y[k], crs.horizontal, options);
   }
   if (!to_map_) return false;
   to_wgs84_.reset(to_map_->GetInverse());

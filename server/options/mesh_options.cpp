@@ -4,6 +4,7 @@
 #include <array>
 
 #include "pipeline/faces/face.h"
+#include "proto/letters.h"
 
 namespace cordillera::server {
 namespace {
@@ -41,10 +42,27 @@ Complaint take_mesh_box(std::string_view text, MeshRequest& request) {
   return std::nullopt;
 }
 
+constexpr std::string_view kAuthority = "EPSG:";
+
+/// A code alone: PROJ reads files whose names a CRS may have.
+bool is_epsg_code(std::string_view text) {
+  constexpr std::size_t kMostDigits = 6;
+  return proto::same_letters(text.substr(0, kAuthority.size()), kAuthority) && text.size() > kAuthority.size() &&
+         text.size() <= kAuthority.size() + kMostDigits && text.find_first_not_of("0123456789", kAuthority.size()) == text.npos;
+}
+
 Complaint take_frame(std::string_view text, MeshRequest& request) {
+  if (is_epsg_code(text)) {
+    request.frame = MeshFrame::map;
+    request.map = std::string(kAuthority).append(text.substr(kAuthority.size()));
+    return std::nullopt;
+  }
   std::string name;
-  if (auto complaint = read_choice(text, {"enu", "ecef", "geodetic"}, &name)) return complaint;
-  request.frame = name == "enu" ? MeshFrame::enu : name == "ecef" ? MeshFrame::ecef : MeshFrame::geodetic;
+  if (auto complaint = read_choice(text, {"enu", "ecef", "geodetic", "crs"}, &name)) return complaint;
+  request.frame = name == "enu"    ? MeshFrame::enu
+                  : name == "ecef" ? MeshFrame::ecef
+                  : name == "crs"  ? MeshFrame::map
+                                   : MeshFrame::geodetic;
   return std::nullopt;
 }
 
@@ -59,8 +77,9 @@ const std::vector<MeshOption>& mesh_options() {
       {"bbox", "W,S,E,N", "only this box, degrees: triangles are cut at its sides; west above east crosses the antimeridian",
        "west,south,east,north in degrees, longitudes -180 to 180, latitudes -90 to 90", take_mesh_box},
       {"frame", "FRAME",
-       "what coordinates are: metres east, north and up of the middle; earth-centred metres; or degrees and metres",
-       "enu, ecef (not stl) or geodetic (ply and obj only)", take_frame},
+       "what coordinates are: metres east, north and up of the middle; earth-centred metres; degrees and metres; or those of the "
+       "raster's own projected CRS, or of another one, with heights above the geoid",
+       "enu, ecef (not stl), geodetic (ply and obj only), crs or a code such as EPSG:32632 (not stl)", take_frame},
   };
   return kOptions;
 }

@@ -95,6 +95,14 @@ TEST_F(Export, APartOfADatasetAsAMesh) {
   ASSERT_TRUE(box.ok()) << box.problem().line();
   EXPECT_NEAR(*std::min_element(box->mesh.x.begin(), box->mesh.x.end()), 10.1, 1e-9);
   EXPECT_NEAR(*std::max_element(box->mesh.y.begin(), box->mesh.y.end()), 46.4, 1e-9);
+  ASSERT_EQ(exported("-o " + place("map.ply") + " --level 8 --bbox 10.1,46.1,10.3,46.4 --frame epsg:32632").code, 0);
+  const auto map = proto::read_mesh_file(place("map.ply"));
+  ASSERT_TRUE(map.ok()) << map.problem().line();
+  EXPECT_NEAR(*std::min_element(map->mesh.x.begin(), map->mesh.x.end()), 584600, 1000);
+  EXPECT_NEAR(*std::max_element(map->mesh.y.begin(), map->mesh.y.end()), 5139500, 1000);
+  const Ended degrees = exported("-o " + place("crs.ply") + " --frame crs");
+  EXPECT_EQ(degrees.code, 1);
+  EXPECT_THAT(degrees.output, HasSubstr("is not one that PROJ knows by a code and is projected"));
 }
 
 TEST_F(Export, RefusalsNameWhatIsAccepted) {

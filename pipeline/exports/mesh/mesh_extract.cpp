@@ -9,6 +9,7 @@
 #include "pipeline/exports/mesh/mesh_weld.h"
 #include "pipeline/exports/whole_file.h"
 #include "raster/place/area.h"
+#include "raster/place/map_projection.h"
 
 namespace cordillera::pipeline::exports {
 namespace {
@@ -47,11 +48,45 @@ proto::TriangleMesh split_fans(MeshWelder& welder) {
   return out;
 }
 
+/// The map that is asked for. A geoid is there.
+proto::Result<raster::MapProjection> map_of(const faces::Terrain& terrain, const MeshRequest& request) {
+  const auto [column, row] = middle_of(terrain, request);
+  const double longitude_deg = terrain.lattice().longitude_deg(column), latitude_deg = terrain.lattice().latitude_deg(row);
+  if (const auto geoid = terrain.undulation_m(longitude_deg, latitude_deg); !geoid) return geoid.problem();
+  const std::string& own = terrain.manifest().source().crs();
+  const std::string code = request.map.empty() ? raster::code_in_label(own) : request.map;
+  auto map = raster::MapProjection::open(code, longitude_deg, latitude_deg);
+  if (!map && request.map.empty())
+    return Problem{map.problem().type,
+                   own.empty() ? "the rasters have no CRS in common"
+                               : "the raster's own CRS, " + own + ", is not one that PROJ knows by a code and is projected",
+                   map.problem().accepted, "frame"};
+  return map;
+}
+
+ToMap onto(const raster::MapProjection& map, const faces::Terrain& terrain) {
+  return [&map, &terrain](std::span<double> x, std::span<double> y, std::span<double> height) {
+    for (std::size_t k = 0; k < x.size(); ++k) height[k] = (height[k] - terrain.undulation_m(x[k], y[k]).value()) / map.unit_m();
+    map.project(x.data(), y.data(), x.size());
+  };
+}
+
+/// Seen from above each triangle is counter-clockwise. A map that ends within the mesh, or on which it lies on both sides of a
+/// seam, has some that are not, or has no place for a vertex.
+bool lies_flat(const proto::TriangleMesh& mesh) {
+  constexpr double kRounded = 1e-9;  // of the square of a side
+  return std::ranges::all_of(mesh.triangles, [&](const auto& t) {
+    const double ax = mesh.x[t[1]] - mesh.x[t[0]], ay = mesh.y[t[1]] - mesh.y[t[0]], bx = mesh.x[t[2]] - mesh.x[t[0]],
+                 by = mesh.y[t[2]] - mesh.y[t[0]];
+    return ax * by - ay * bx >= -kRounded * (ax * ax + ay * ay + bx * bx + by * by);
+  });
+}
+
 /// Nothing where the mesh would have more triangles than it may.
-std::optional<ExtractedMesh> extract(const faces::Terrain& terrain, const MeshRequest& request, int level) {
+std::optional<ExtractedMesh> extract(const faces::Terrain& terrain, const MeshRequest& request, int level, const ToMap& to_map) {
   const MeshWindow window = window_of(terrain, request, level);
   const auto [column, row] = middle_of(terrain, request);
-  MeshWelder welder(terrain.lattice(), window, request.frame, {column, row});
+  MeshWelder welder(terrain.lattice(), window, request.frame, {column, row}, to_map);
   bool whole = true;
   each_tile(terrain, window, [&](const proto::TileRecord& record, std::int64_t x) {
     const auto tile = terrain.mesh({level, static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())});
@@ -62,7 +97,7 @@ std::optional<ExtractedMesh> extract(const faces::Terrain& terrain, const MeshRe
   if (!whole) return std::nullopt;
   const proto::Lattice lattice = terrain.lattice();
   ExtractedMesh out{split_fans(welder), level, request.frame, lattice.longitude_deg(column), lattice.latitude_deg(row),
-                    welder.origin_m()};
+                    welder.origin_m(),  {}};
   if (out.longitude_deg > 180) out.longitude_deg -= 360;
   return out;
 }
@@ -130,11 +165,26 @@ proto::Result<ExtractedMesh> extract_mesh(const faces::Terrain& terrain, const M
   if (request.tile && (*wanted < least || *wanted > most)) return nothing_there(terrain, request, *wanted);
   const auto first = wanted ? wanted : level_that_fits(terrain, request, most);
   if (!first) return too_large(terrain, request, least);
+  std::optional<raster::MapProjection> map;
+  ToMap to_map;
+  if (request.frame == MeshFrame::map) {
+    auto opened = map_of(terrain, request);
+    if (!opened) return opened.problem();
+    map.emplace(std::move(*opened));
+    to_map = onto(*map, terrain);
+  }
   int level = *first;
   for (; level >= least; --level) {  // what seemed to fit may not
-    auto mesh = extract(terrain, request, level);
+    auto mesh = extract(terrain, request, level, to_map);
     if (terrain.is_stopped()) return kStopped;
     if (mesh && mesh->mesh.triangles.empty()) return nothing_there(terrain, request, level);
+    if (mesh && map) {
+      mesh->map = {map->code(), map->label(), map->unit(), terrain.geoid_name()};
+      if (!lies_flat(mesh->mesh))
+        return Problem{"crs-unsupported",
+                       map->label() + " does not hold all of the mesh: triangles are torn or turned over there",
+                       "a CRS that holds it, or a smaller bbox", "frame"};
+    }
     if (mesh) return std::move(*mesh);
     if (wanted) break;
   }

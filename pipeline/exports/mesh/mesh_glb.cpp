@@ -1,4 +1,5 @@
 // One uncompressed primitive: every program that reads glTF reads it.
+#include <algorithm>
 #include <cmath>
 
 #include "pipeline/encode/encode.h"
@@ -52,6 +53,17 @@ GlbBuffer buffer_of(const ExtractedMesh& mesh, const Vec3& translation) {
   return out;
 }
 
+/// What float32 would spoil counts from there; whole metres, or units of a map.
+Vec3 translation_of(const ExtractedMesh& mesh) {
+  if (mesh.frame == MeshFrame::ecef) return mesh.origin_m;
+  if (mesh.frame != MeshFrame::map) return {};
+  const auto middle = [](const std::vector<double>& axis) {
+    const auto [low, high] = std::ranges::minmax(axis);
+    return std::round((low + high) / 2);
+  };
+  return {middle(mesh.mesh.x), middle(mesh.mesh.y), 0};
+}
+
 std::string json_of(const ExtractedMesh& mesh, const proto::Manifest& manifest, const GlbBuffer& buffer,
                     const Vec3& translation) {
   Json root;
@@ -61,7 +73,8 @@ std::string json_of(const ExtractedMesh& mesh, const proto::Manifest& manifest, 
   root["scene"] = 0;
   root["scenes"] = Json::array({{{"nodes", Json::array({0})}}});
   Json node = {{"mesh", 0}};
-  if (mesh.frame == MeshFrame::ecef) node["translation"] = Json::array({translation.x, translation.z, 0 - translation.y});
+  if (mesh.frame == MeshFrame::ecef || mesh.frame == MeshFrame::map)
+    node["translation"] = Json::array({translation.x, translation.z, 0 - translation.y});
   root["nodes"] = Json::array({node});
   root["meshes"] = Json::array(
       {{{"primitives",
@@ -75,13 +88,15 @@ std::string json_of(const ExtractedMesh& mesh, const proto::Manifest& manifest, 
   root["bufferViews"] = buffer.views;
   root["buffers"] = Json::array({{{"byteLength", buffer.bytes.size()}}});
   root["extras"] = {{"level", mesh.level}, {"longitude", mesh.longitude_deg}, {"latitude", mesh.latitude_deg}};
+  if (mesh.frame == MeshFrame::map)
+    root["extras"].update({{"crs", mesh.map.code}, {"unit", mesh.map.unit}, {"vertical_datum", mesh.map.geoid}});
   return root.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 }  // namespace
 
 bool write_glb(std::ostream& out, const ExtractedMesh& mesh, const proto::Manifest& manifest) {
-  const Vec3 translation = mesh.frame == MeshFrame::ecef ? mesh.origin_m : Vec3{};
+  const Vec3 translation = translation_of(mesh);
   GlbBuffer buffer = buffer_of(mesh, translation);
   std::string json = json_of(mesh, manifest, buffer, translation);
   append(out, pack_glb(std::move(json), std::move(buffer.bytes)));

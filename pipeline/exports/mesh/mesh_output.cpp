@@ -24,6 +24,8 @@ std::string frame_sentence(const ExtractedMesh& mesh) {
   switch (mesh.frame) {
     case MeshFrame::ecef: return "metres, earth-centred, earth-fixed (EPSG:4978)";
     case MeshFrame::geodetic: return "longitude and latitude in degrees, metres above the WGS 84 ellipsoid";
+    case MeshFrame::map:
+      return "east and north in " + mesh.map.label + ", heights above " + mesh.map.geoid + ", in " + mesh.map.unit;
     default: break;
   }
   return "metres east, north and up of longitude " + number(mesh.longitude_deg) + ", latitude " + number(mesh.latitude_deg) +
@@ -33,7 +35,7 @@ std::string frame_sentence(const ExtractedMesh& mesh) {
 /// A line each, for the heads of text formats.
 std::vector<std::string> comments_of(const ExtractedMesh& mesh, const proto::Manifest& manifest) {
   std::vector<std::string> lines = {title_of(manifest), manifest.attribution(), "level " + std::to_string(mesh.level),
-                                    frame_sentence(mesh)};
+                                    frame_sentence(mesh), mesh.map.code.empty() ? "" : "crs: " + mesh.map.code};
   std::erase(lines, "");
   for (std::string& line : lines) {
     for (char& c : line) c = c == '\n' || c == '\r' ? ' ' : c;
@@ -74,11 +76,12 @@ std::string_view media_type(MeshKind kind) { return kKinds[static_cast<std::size
 
 proto::Result<void> check_frame(MeshKind kind, MeshFrame frame) {
   const bool degrees = frame == MeshFrame::geodetic && (kind == MeshKind::glb || kind == MeshKind::stl);
-  if (!degrees && !(frame == MeshFrame::ecef && kind == MeshKind::stl)) return {};
+  const bool far = frame == MeshFrame::ecef || frame == MeshFrame::map;  // glTF has a translation for these
+  if (!degrees && !(far && kind == MeshKind::stl)) return {};
   const std::string format(kKinds[static_cast<std::size_t>(kind)].ending);
-  return proto::Problem{"options-conflict",
-                        "." + format + " has 32-bit floats, which would move such coordinates by half a metre and more",
-                        kind == MeshKind::stl ? "frame=enu, or ply or obj" : "frame=enu or ecef, or ply or obj", "frame"};
+  return proto::Problem{
+      "options-conflict", "." + format + " has 32-bit floats, which would move such coordinates by half a metre and more",
+      kind == MeshKind::stl ? "frame=enu, or ply or obj" : "frame=enu, ecef or a projected CRS, or ply or obj", "frame"};
 }
 
 bool write_mesh(std::ostream& out, const ExtractedMesh& mesh, MeshKind kind, const proto::Manifest& manifest) {

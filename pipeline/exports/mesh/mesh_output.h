@@ -22,12 +22,12 @@ std::vector<std::string> mesh_endings();
 std::string mesh_endings_text(std::string_view last);
 
 /// What a format cannot hold is refused: glTF's and STL's 32-bit floats have no room for degrees, nor STL's for earth-centred
-/// metres.
+/// metres or a map's.
 proto::Result<void> check_frame(MeshKind kind, MeshFrame frame);
 
-/// glb: float32 and normals, y up as glTF wants it, earth-centred points relative to a translation. ply: binary, float32 for
-/// local metres, else float64. obj: text, metres to the millimetre. stl: binary. Title, attribution and what coordinates count go
-/// where the format has a place. False: the stream failed. frame: one that check_frame lets through.
+/// glb: float32 and normals, y up as glTF wants it, earth-centred points, and those of a map, relative to a translation. ply:
+/// binary, float32 for local metres, else float64. obj: text, metres to the millimetre. stl: binary. Title, attribution and what
+/// coordinates count go where the format has a place. False: the stream failed. frame: one that check_frame lets through.
 bool write_mesh(std::ostream& out, const ExtractedMesh& mesh, MeshKind kind, const proto::Manifest& manifest);
 
 // Parts, a file each.

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <string>
 
 #include "pipeline/faces/terrain.h"
 #include "proto/lattice.h"
@@ -16,6 +17,7 @@ enum class MeshFrame : std::uint8_t {
   ecef,      ///< metres, earth-centred (EPSG:4978)
   geodetic,  ///< degrees east, degrees north, metres above the ellipsoid (EPSG:4979, longitude first); over the antimeridian
              ///< beyond 180
+  map,       ///< east and north of a projected CRS, height above the geoid (Terrain::geoid_name), all in the CRS's unit
 };
 
 struct MeshRequest {
@@ -23,6 +25,7 @@ struct MeshRequest {
   std::optional<int> level;                ///< none: the finest that stays within most_triangles
   std::optional<raster::Area> box;         ///< none: everywhere
   MeshFrame frame = MeshFrame::enu;
+  std::string map;  ///< the code of frame map's CRS, such as EPSG:32632; empty: the raster's own
   std::uint64_t most_triangles = 10'000'000;
 };
 

@@ -2,14 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace cordillera::pipeline::exports {
 
 using proto::Vec3;
 
 MeshWelder::MeshWelder(const proto::Lattice& lattice, const MeshWindow& window, MeshFrame frame,
-                       std::array<std::int64_t, 2> middle)
-    : lattice_(lattice), window_(window), frame_(frame) {
+                       std::array<std::int64_t, 2> middle, ToMap to_map)
+    : lattice_(lattice), window_(window), frame_(frame), to_map_(std::move(to_map)) {
   const auto row = proto::row_frame(lattice, middle[1]);
   const auto column = proto::column_frame(lattice, middle[0]);
   origin_m_ = proto::ecef(row, column, 0);
@@ -28,7 +29,8 @@ std::size_t MeshWelder::Hash::operator()(const Key& key) const {
 }
 
 Vec3 MeshWelder::position(std::int64_t column, std::int64_t row, double height_m) const {
-  if (frame_ == MeshFrame::geodetic) return {lattice_.longitude_deg(column), lattice_.latitude_deg(row), height_m};
+  if (frame_ == MeshFrame::geodetic || frame_ == MeshFrame::map)
+    return {lattice_.longitude_deg(column), lattice_.latitude_deg(row), height_m};
   const Vec3 at = proto::ecef(proto::row_frame(lattice_, row), proto::column_frame(lattice_, column), height_m);
   if (frame_ == MeshFrame::ecef) return at;
   const Vec3 from = at - origin_m_;
@@ -100,11 +102,14 @@ bool MeshWelder::inside(const LatticeMesh& tile, std::int64_t west, std::int64_t
 void MeshWelder::add(const LatticeMesh& tile, std::int64_t x) {
   const std::int64_t west = x * tile.side, south = std::int64_t{tile.y} * tile.side;
   const auto on_a_side = [&](std::int32_t units) { return units == 0 || units == tile.side; };
+  const std::size_t before = mesh_.vertices();
   std::vector<std::uint32_t> vertices;
   vertices.reserve(tile.points.size());
   for (const auto& [u, v, h] : tile.points) {
     vertices.push_back(vertex({west + u, south + v, h}, h * tile.height_step, on_a_side(u) || on_a_side(v)));
   }
+  const auto fresh = [before](std::vector<double>& axis) { return std::span(axis).subspan(before); };
+  if (to_map_) to_map_(fresh(mesh_.x), fresh(mesh_.y), fresh(mesh_.z));  // before edges are cut, which are straight on the map
   if (inside(tile, west, south)) {
     for (const Triangle& t : tile.triangles) push_triangle({vertices[t[0]], vertices[t[1]], vertices[t[2]]});
     return;

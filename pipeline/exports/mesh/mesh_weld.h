@@ -1,7 +1,9 @@
 #pragma once
 // One mesh from the tiles of a level: vertices on common sides are one.
 #include <array>
+#include <functional>
 #include <optional>
+#include <span>
 #include <unordered_map>
 
 #include "pipeline/encode/draco_mesh.h"
@@ -11,10 +13,14 @@
 
 namespace cordillera::pipeline::exports {
 
+/// In place, from degrees and metres above the ellipsoid to a map's coordinates. All as long as each other.
+using ToMap = std::function<void(std::span<double> x, std::span<double> y, std::span<double> height)>;
+
 class MeshWelder {
  public:
-  /// middle: column and row of the lattice's vertex that local coordinates count from.
-  MeshWelder(const proto::Lattice& lattice, const MeshWindow& window, MeshFrame frame, std::array<std::int64_t, 2> middle);
+  /// middle: column and row of the lattice's vertex that local coordinates count from. to_map: of frame map.
+  MeshWelder(const proto::Lattice& lattice, const MeshWindow& window, MeshFrame frame, std::array<std::int64_t, 2> middle,
+             ToMap to_map);
 
   /// x: the tile's column, which may lie beyond the circle.
   void add(const LatticeMesh& tile, std::int64_t x);
@@ -44,6 +50,7 @@ class MeshWelder {
   proto::Lattice lattice_;
   MeshWindow window_;
   MeshFrame frame_;
+  ToMap to_map_;
   proto::Vec3 origin_m_, east_, north_, up_;
   proto::TriangleMesh mesh_;
   std::unordered_map<Key, std::uint32_t, Hash> sides_;   // vertices on tiles' sides
