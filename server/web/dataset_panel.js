@@ -213,7 +213,7 @@ export function show_values() {
 export function on_controls(on) {
   for (const id of ["look", "imagery", "ramp"]) element(id).onchange = () => { show_values(); on.look(id); };
   for (const id of ["wireframe", "borders", "exaggeration", "detail"]) element(id).oninput = () => { show_values(); on.controls(); };
-  for (const id of ["home", "closer", "farther", "north", "measure", "look-around", "rename", "delete"]) element(id).onclick = on[id];
+  for (const id of ["home", "closer", "farther", "north", "tilt", "measure", "look-around", "rename", "delete"]) element(id).onclick = on[id];
   element("link").onclick = () => copy_link(on.link());
   show_values();
 }

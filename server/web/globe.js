@@ -77,6 +77,7 @@ export function outline([west, south, east, north, , max_height]) {
 const kHomeHeading_deg = -24, kHomePitch_deg = -21, kTallPitch_deg = -38, kWidePitch_deg = -85;
 const kWide_rad = 0.5;
 const kFilled = 0.95;  // of the window
+const kNearly_rad = 0.01;  // as good as straight down, or as north up
 
 // panel_share: of the window's width, what the panel takes at its left.
 export function fly_home(scene, bounds, panel_share) {
@@ -132,13 +133,14 @@ export function show_earth(camera) {
 }
 
 // What the middle of the window shows; null beside the Earth.
-function middle(widget, tileset) {
-  const position = new Cesium.Cartesian2(widget.canvas.clientWidth / 2, widget.canvas.clientHeight / 2);
+const middle = (widget, tileset) => place_at(widget, tileset, new Cesium.Cartesian2(widget.canvas.clientWidth / 2, widget.canvas.clientHeight / 2));
+function place_at(widget, tileset, position) {
   const ray = widget.camera.getPickRay(position);
   const hit = ray && tileset?.pick(ray, widget.scene.frameState, new Cartesian3());
   return hit || widget.camera.pickEllipsoid(position) || null;
 }
 
+export const kCloser = 0.6;
 // Nearer by a factor below 1, farther by one above, towards what the middle of the window shows.
 export function zoom(widget, tileset, factor) {
   const { camera } = widget;
@@ -147,13 +149,39 @@ export function zoom(widget, tileset, factor) {
   camera.move(camera.direction, distance * (1 - factor));
 }
 
-// Turns about what the middle of the window shows.
-export function face_north(widget, tileset) {
-  const { camera } = widget;
-  const target = middle(widget, tileset);
-  if (!target) return camera.setView({ orientation: { heading: 0, pitch: camera.pitch, roll: 0 } });
-  camera.lookAt(target, new HeadingPitchRange(0, camera.pitch, Cartesian3.distance(camera.positionWC, target)));
+// Turns about what the middle of the window shows. The pitch is that at this place, from which the camera's own differs as the Earth is round.
+function turn(widget, tileset, turned) {
+  const { camera } = widget, target = middle(widget, tileset), { heading, pitch } = turned({ heading: camera.heading, pitch: camera.pitch });
+  if (!target) return camera.setView({ orientation: { heading, pitch, roll: 0 } });
+  return look_at(camera, target, heading, pitch === camera.pitch ? pitch_at(target, camera.positionWC) : pitch, Cartesian3.distance(camera.positionWC, target));
+}
+function look_at(camera, target, heading, pitch, distance) {
+  camera.lookAt(target, new HeadingPitchRange(heading, pitch, distance));
   camera.lookAtTransform(Cesium.Matrix4.IDENTITY);
+}
+function pitch_at(target, from) {
+  const up = Cesium.Ellipsoid.WGS84.geodeticSurfaceNormal(target, new Cartesian3()), away = Cartesian3.subtract(from, target, new Cartesian3());
+  return -Math.asin(CesiumMath.clamp(Cartesian3.dot(up, away) / Cartesian3.magnitude(away), -1, 1));
+}
+
+// With north up already, a quarter on: all sides are seen without dragging.
+export function face_north(widget, tileset) {
+  const is_north = (heading) => Math.abs(CesiumMath.negativePiToPi(heading)) < kNearly_rad;
+  turn(widget, tileset, ({ heading, pitch }) => ({ heading: is_north(heading) ? CesiumMath.PI_OVER_TWO : 0, pitch }));
+}
+
+// Straight down, or from the side where it does so already.
+export function tilt(widget, tileset) {
+  const is_down = (pitch) => pitch + CesiumMath.PI_OVER_TWO < kNearly_rad;
+  turn(widget, tileset, ({ heading, pitch }) => ({ heading, pitch: is_down(pitch) ? CesiumMath.toRadians(kTallPitch_deg) : -CesiumMath.PI_OVER_TWO }));
+}
+
+// A place of the window comes to its middle, and nearer.
+export function go_to(widget, tileset, position, factor) {
+  const { camera } = widget, target = place_at(widget, tileset, position), before = target && middle(widget, tileset);
+  if (!target) return;
+  const pitch = before ? pitch_at(before, camera.positionWC) : camera.pitch;
+  look_at(camera, target, camera.heading, pitch, factor * Cartesian3.distance(camera.positionWC, target));
 }
 
 // Metres on the ground that a CSS pixel across the middle of the window covers; null beside the Earth.

@@ -1,6 +1,6 @@
 // What the pointer is over, and what a click on the terrain is for, if it is for anything: one tool at a time.
 import * as panel from "./dataset_panel.js";
-import { place_under } from "./globe.js";
+import { go_to, kCloser, place_under } from "./globe.js";
 import { write_link } from "./link_state.js";
 import { Profile } from "./profile.js";
 import { base_of } from "./service.js";
@@ -26,12 +26,13 @@ export class Tools {
       on_picture: (pictures) => { page.looks?.lay_over(pictures); page.scene.requestRender(); },
       on_change: (words) => { panel.press("look-around", page.viewshed?.on); panel.say_of_tool(words); write_link(); },
     });
-    const { MOUSE_MOVE, LEFT_CLICK } = Cesium.ScreenSpaceEventType, on = page.widget.screenSpaceEventHandler;
+    const { MOUSE_MOVE, LEFT_CLICK, LEFT_DOUBLE_CLICK } = Cesium.ScreenSpaceEventType, on = page.widget.screenSpaceEventHandler;
     on.setInputAction(({ endPosition }) => this.point_at(endPosition), MOUSE_MOVE);
     on.setInputAction(({ position }) => {
       this.point_at(position);  // a finger does not hover
       this.on()?.take(this.pointed);
     }, LEFT_CLICK);
+    on.setInputAction(({ position }) => { if (!this.on()) go_to(page.widget, page.tileset, position, kCloser); }, LEFT_DOUBLE_CLICK);
     window.addEventListener("keydown", ({ key }) => { if (key === "Escape" && this.on() && !document.querySelector("dialog[open]")) this.stop(); });
   }
 

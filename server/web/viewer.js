@@ -4,7 +4,7 @@ import { delete_dataset, is_to_go, rename } from "./change.js";
 import * as panel from "./dataset_panel.js";
 import { Draft } from "./draft.js";
 import {
-  camera_numbers, data_sphere, draw_after_moves, face_north, fly_home, make_globe, metres_a_pixel, outline, set_camera, show_earth, stay_above, zoom,
+  camera_numbers, data_sphere, draw_after_moves, face_north, fly_home, kCloser, make_globe, metres_a_pixel, outline, set_camera, show_earth, stay_above, tilt, zoom,
 } from "./globe.js";
 import { steer_by_keys } from "./keyboard.js";
 import { hide_legend, legend_of, legend_of_tint, show_legend, show_scale } from "./legend.js";
@@ -335,7 +335,6 @@ function write_place() {
   if (page.manifest && page.id === wanted.id) write_link({ dataset: wanted.id, camera: camera_numbers(page.scene.camera) });
 }
 
-const kCloser = 0.6;
 const on_page = {
   // Another look has other colours.
   look: (changed) => {
@@ -354,7 +353,7 @@ const on_page = {
   controls: () => { write_link(); apply_controls(); },
   home, link: () => { write_place(); return window.location.href; },
   closer: () => zoom(page.widget, page.tileset, kCloser), farther: () => zoom(page.widget, page.tileset, 1 / kCloser),
-  north: () => face_north(page.widget, page.tileset),
+  north: () => face_north(page.widget, page.tileset), tilt: () => tilt(page.widget, page.tileset),
   measure: () => tools.toggle(page.profile), "look-around": () => tools.toggle(page.viewshed),
   rename: () => give_title().catch(report), delete: () => remove().catch(report),
 };

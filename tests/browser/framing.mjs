@@ -74,3 +74,41 @@ export async function try_frame(page) {
   assert.ok(above > 0 && above < 60, `the camera is ${above} m above the ground`);  // the ray is not upright
   await page.click("#home");
 }
+
+// All that dragging does is done by single clicks, too: turns and tilts by buttons, and a place comes to the middle by a double click.
+export async function try_turns(page) {
+  // The Earth is round: between the camera and what it looks at, up differs by a degree.
+  const assert_looks = async (heading, pitch, within = 0.1) => {
+    const found = await page.evaluate(() => {
+      const { camera } = window.cordillera.scene, { Math: CesiumMath } = window.Cesium;
+      return [CesiumMath.negativePiToPi(camera.heading), camera.pitch].map(CesiumMath.toDegrees);
+    });
+    assert.ok(Math.abs(found[0] - heading) < 1.5 && Math.abs(found[1] - pitch) < within, `heading ${found[0]}, pitch ${found[1]} in place of ${heading} and ${pitch}`);
+    return found[1];
+  };
+  await page.click("#home");
+  await page.click("#north");
+  const from_side = await assert_looks(0, -20, 10);
+  await page.click("#north");
+  await assert_looks(90, from_side);
+  await page.click("#north");
+  await assert_looks(0, from_side);
+  await page.click("#tilt");
+  await assert_looks(0, -90);
+  await page.click("#tilt");
+  await assert_looks(0, -38, 1.5);
+
+  await look_straight_down(page, { share: 0.7, error_px: 2 });
+  const place_at = (across, down) => page.evaluate(([u, v]) => {
+    const { scene: { camera, canvas, frameState }, tileset } = window.cordillera, { Cartesian2, Cartographic, Cartesian3 } = window.Cesium;
+    const hit = tileset.pick(camera.getPickRay(new Cartesian2(u * canvas.clientWidth, v * canvas.clientHeight)), frameState, new Cartesian3());
+    const { longitude, latitude } = Cartographic.fromCartesian(hit);
+    return { longitude, latitude, distance: Cartesian3.distance(camera.positionWC, hit) };
+  }, [across, down]);
+  const aside = await place_at(0.6, 0.4), { width, height } = page.viewportSize();
+  await page.mouse.dblclick(0.6 * width, 0.4 * height);
+  const now = await place_at(0.5, 0.5);
+  for (const axis of ["longitude", "latitude"]) assert.ok(Math.abs(now[axis] - aside[axis]) < 1e-5, `${axis}: another place is in the middle`);
+  assert.ok(now.distance < 0.7 * aside.distance, "the camera is no nearer");
+  await page.click("#home");
+}

@@ -12,7 +12,7 @@ import { try_asleep, try_choice, try_deleted, try_interrupted, try_lazy, try_new
 import { try_live } from "./live.mjs";
 import { try_credits, try_failed_uploads, try_folding, try_low_window } from "./panel.mjs";
 import { try_relief, try_relief_of_folder } from "./relief.mjs";
-import { try_antimeridian, try_frame } from "./framing.mjs";
+import { try_antimeridian, try_frame, try_turns } from "./framing.mjs";
 import { try_contrast, try_docs, try_heights_by_keys, try_ring, try_token, try_zoomed } from "./unseen.mjs";
 import { try_viewshed } from "./viewshed.mjs";
 import { crack_share, heights_at, load_everything, luminance_deviation, look_straight_down, set_background } from "./views.mjs";
@@ -134,6 +134,7 @@ async function use_controls(browser) {
   await check("panel: contrast of text, fields and rings, in dark and light", () => try_contrast(page));
   await check("panel: enlarged to 400 %, all of it can be come to", () => try_zoomed(page));
   await check("controls: Home has all of the data in the window, and the camera stays above the ground", () => try_frame(page));
+  await check("controls: turns, tilts and another middle by single clicks", () => try_turns(page));
   await check("controls: snippets have this dataset's address", () => try_snippets(page, given.url, given.terrain));
   assert.deepEqual(complaints, [], "the browser complained");
   await page.close();
