@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
+#include <tuple>
 
 namespace cordillera::gpu::fit {
 namespace {
@@ -98,6 +100,63 @@ std::optional<proto::Problem> find_non_manifold(const HeightMesh& mesh) {
                           "triangles that follow each other around every vertex", "mesh"};
   }
   return {};
+}
+
+std::optional<proto::Problem> find_step(const HeightMesh& mesh) {
+  std::vector<std::uint32_t> order(mesh.vertices());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return std::tie(mesh.x[a], mesh.y[a], a) < std::tie(mesh.x[b], mesh.y[b], b);
+  });
+  std::optional<std::array<std::uint32_t, 2>> first;
+  for (std::size_t k = 1; k < order.size(); ++k) {
+    const std::uint32_t a = order[k - 1], b = order[k];
+    if (mesh.x[a] != mesh.x[b] || mesh.y[a] != mesh.y[b] || mesh.z[a] == mesh.z[b]) continue;
+    if (!first || a < first->front()) first = {a, b};
+  }
+  if (!first) return {};
+  return proto::Problem{
+      "mesh-not-height-field",
+      "vertex " + std::to_string(first->front()) + " and vertex " + std::to_string(first->back()) + " lie above each other",
+      "a surface that covers no point of the plan twice", "mesh"};
+}
+
+proto::Problem too_many_edges(const HeightMesh& mesh) {
+  // Around an inner vertex each neighbour is in two triangles, so that nothing is left of them.
+  std::vector<std::uint32_t> triangles(mesh.vertices()), left(mesh.vertices());
+  for (const Triangle& corner : mesh.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      ++triangles[corner[k]];
+      left[corner[k]] ^= (corner[(k + 1) % 3] + 1) ^ (corner[(k + 2) % 3] + 1);
+    }
+  }
+  std::size_t most = 0;
+  const auto edges = [&](std::size_t v) { return triangles[v] + (left[v] != 0 ? 1 : 0); };
+  for (std::size_t v = 1; v < mesh.vertices(); ++v) most = edges(v) > edges(most) ? v : most;
+  return {"mesh-not-manifold", "vertex " + std::to_string(most) + " has " + std::to_string(edges(most)) + " edges",
+          "at most 255 edges at a vertex", "mesh"};
+}
+
+std::optional<proto::Problem> find_crowd(const HeightMesh& mesh, const std::vector<std::uint32_t>& bin_start) {
+  constexpr double kMostPairs = 1e8, kCrowd = 100;  // half a minute of looking for neighbours
+  double pairs = 0;
+  for (std::size_t bin = 1; bin < bin_start.size(); ++bin) {
+    const double count = bin_start[bin] - bin_start[bin - 1];
+    pairs += count * count;
+  }
+  if (pairs <= kMostPairs || pairs <= kCrowd * static_cast<double>(mesh.vertices())) return {};
+  const auto middle = [](std::vector<double> values) {
+    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
+    return values[values.size() / 2];
+  };
+  const double x = middle(mesh.x), y = middle(mesh.y);
+  const auto away = [&](std::size_t v) { return std::max(std::abs(mesh.x[v] - x), std::abs(mesh.y[v] - y)); };
+  std::size_t farthest = 0;
+  for (std::size_t v = 1; v < mesh.vertices(); ++v) farthest = away(v) > away(farthest) ? v : farthest;
+  return proto::Problem{
+      "mesh-too-scattered",
+      "nearly all vertices lie in a small part of the mesh; vertex " + std::to_string(farthest) + " is the farthest from there",
+      "a mesh without it, or the mesh's parts one by one", "mesh"};
 }
 
 proto::Result<std::uint64_t> triangles_wanted(const MeshTarget& target, std::uint64_t triangles) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 namespace cordillera::gpu::fit {
 namespace {
@@ -143,7 +144,30 @@ std::vector<std::uint8_t> steepest_edges(const Plan& plan) {
   return steep;
 }
 
-/// The longer side gets 2^26 units; bins are about one vertex large.
+struct Bins {
+  std::vector<std::uint32_t> of;     ///< indexed by vertex
+  std::vector<std::uint32_t> start;  ///< Plan::bin_start
+  /// Vertices that a vertex shares its bin with, on average.
+  double company() const {
+    double pairs = 0;
+    for (std::size_t bin = 1; bin < start.size(); ++bin) pairs += std::pow(start[bin] - start[bin - 1], 2);
+    return pairs / static_cast<double>(of.size());
+  }
+};
+
+/// plan: its bins' size and number.
+Bins sorted_into_bins(const std::vector<Point>& at, const Plan& plan) {
+  Bins bins;
+  for (const Point& p : at)
+    bins.of.push_back(static_cast<std::uint32_t>((p.y >> plan.bin_shift) * plan.bin_columns + (p.x >> plan.bin_shift)));
+  bins.start.assign(static_cast<std::size_t>(plan.bin_columns) * static_cast<std::size_t>(plan.bin_rows) + 1, 0);
+  for (const std::uint32_t bin : bins.of) ++bins.start[bin + 1];
+  std::partial_sum(bins.start.begin(), bins.start.end(), bins.start.begin());
+  return bins;
+}
+
+/// The longer side gets 2^26 units; bins are about one vertex large. Where vertices lie close together in parts of the plan they
+/// are smaller, as far as there is memory for what lies between.
 void plan_scattered(const HeightMesh& mesh, const MinMax& x, const MinMax& y, Plan& plan, bool clockwise) {
   constexpr double kUnits = 1 << 26;
   const double unit = std::max(x.size(), y.size()) / kUnits;
@@ -156,17 +180,20 @@ void plan_scattered(const HeightMesh& mesh, const MinMax& x, const MinMax& y, Pl
     at[v] = {static_cast<std::int32_t>(std::round((mesh.x[v] - x.low) / unit)),
              static_cast<std::int32_t>(std::round((mesh.y[v] - y.low) / unit))};
   }
-  plan.bin_columns = (static_cast<std::int32_t>(std::round(x.size() / unit)) >> plan.bin_shift) + 1;
-  plan.bin_rows = (static_cast<std::int32_t>(std::round(y.size() / unit)) >> plan.bin_shift) + 1;
-  const std::size_t bins = static_cast<std::size_t>(plan.bin_columns) * static_cast<std::size_t>(plan.bin_rows);
-  std::vector<std::uint32_t> bin(mesh.vertices());
-  for (std::size_t v = 0; v < bin.size(); ++v) {
-    bin[v] = static_cast<std::uint32_t>((at[v].y >> plan.bin_shift) * plan.bin_columns + (at[v].x >> plan.bin_shift));
+  const auto cut = [&] {
+    plan.bin_columns = (static_cast<std::int32_t>(std::round(x.size() / unit)) >> plan.bin_shift) + 1;
+    plan.bin_rows = (static_cast<std::int32_t>(std::round(y.size() / unit)) >> plan.bin_shift) + 1;
+    return sorted_into_bins(at, plan);
+  };
+  constexpr double kCrowd = 32;
+  const std::size_t most_bins = std::max(std::size_t{1} << 24, 4 * mesh.vertices());
+  Bins bins = cut();
+  while (bins.company() > kCrowd && 4 * bins.start.size() <= most_bins && plan.bin_shift > 4) {
+    --plan.bin_shift;
+    bins = cut();
   }
-  plan.bin_start.assign(bins + 1, 0);
-  for (const std::uint32_t b : bin) ++plan.bin_start[b + 1];
-  std::partial_sum(plan.bin_start.begin(), plan.bin_start.end(), plan.bin_start.begin());
-  take_vertices(mesh, sorted_by(bin, bins), at, plan, clockwise);
+  plan.bin_start = std::move(bins.start);
+  take_vertices(mesh, sorted_by(bins.of, plan.bin_start.size() - 1), at, plan, clockwise);
   plan.steep = steepest_edges(plan);
 }
 

@@ -1,11 +1,14 @@
 #include "gpu/fit/simplify_height_mesh.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
 #include "gpu/device/device_lost.h"
 #include "gpu/fit/check.h"
 #include "gpu/fit/engine.h"
+#include "gpu/fit/vertical_error.h"
+#include "proto/numbers.h"
 
 namespace cordillera::gpu::fit {
 namespace {
@@ -27,6 +30,42 @@ proto::Problem overlapping(const HeightMesh& mesh, const Plan& plan, std::uint32
           "a surface that covers no point of the plan twice", "mesh"};
 }
 
+std::string span_text(const std::vector<double>& values) {
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  std::string text;
+  proto::append_number(text, *high - *low);
+  return text;
+}
+
+/// What rounding takes: heights are floats about the middle of all. That of most vertices counts, not of the few that may have
+/// none.
+double rounding_m(const HeightMesh& mesh) {
+  constexpr double kOfAll = 0x1p-22, kOfMost = 0x1p-14;
+  std::vector<double> z = mesh.z;
+  std::sort(z.begin(), z.end());
+  const double all = z.back() - z.front();
+  for (const std::size_t share : {20, 100, 1000}) {
+    const double most = z[z.size() - 1 - z.size() / share] - z[z.size() / share];
+    if (most > 0) return std::min(kOfAll * all, kOfMost * most);
+  }
+  return kOfAll * all;
+}
+
+/// Plan and heights are kept to a share of what the mesh spans: with parts far away, or heights that mean that there is no data,
+/// to less than an error asks for. The report gets what was measured.
+std::optional<proto::Problem> find_broken_promise(const HeightMesh& mesh, double error_m, SimplifiedMesh& result) {
+  const HeightMesh& made = result.mesh;
+  const VerticalError error = vertical_error({made.x, made.y, made.z, made.triangles}, {mesh.x, mesh.y, mesh.z});
+  result.report.max_error_m = error.max, result.report.rmse_m = error.rmse;
+  if (error.max <= error_m || error.max <= error_m + rounding_m(mesh)) return {};
+  std::string detail = "no surface was found within the error: vertex " + std::to_string(error.worst) + " is ";
+  proto::append_number(detail, error.max);
+  detail += " off. The mesh spans " + span_text(mesh.x) + " in x, " + span_text(mesh.y) + " in y and " + span_text(mesh.z) +
+            " in height";
+  return proto::Problem{"bad-target", detail, "a mesh without far parts and without heights that mean no data, or a larger error",
+                        "error"};
+}
+
 }  // namespace
 
 proto::Result<SimplifiedMesh> simplify(const HeightMesh& mesh, const MeshTarget& target, const MeshOptions& options) {
@@ -39,6 +78,10 @@ proto::Result<SimplifiedMesh> simplify(const HeightMesh& mesh, const MeshTarget&
 
   const Clock::time_point start = Clock::now();
   const Plan plan = make_plan(mesh, clockwise);
+  if (!plan.is_lattice()) {
+    if (auto problem = find_step(mesh)) return *problem;
+    if (auto problem = find_crowd(mesh, plan.bin_start)) return *problem;
+  }
   SimplifiedMesh result;
   result.report.stages.push_back({"plan", std::chrono::duration<double>(Clock::now() - start).count()});
   FitRequest request = request_of(*wanted, target, options);
@@ -52,13 +95,16 @@ proto::Result<SimplifiedMesh> simplify(const HeightMesh& mesh, const MeshTarget&
   }
   if (fitted.fault == FittedMesh::Fault::not_manifold) {
     if (auto problem = find_non_manifold(mesh)) return *problem;
-    return proto::Problem{"mesh-not-manifold", "a vertex has more than 255 edges", "at most 255 edges at a vertex", "mesh"};
+    return too_many_edges(mesh);
   }
   if (fitted.fault == FittedMesh::Fault::overlap) return overlapping(mesh, plan, fitted.fault_sample);
   take_back(plan.scale, plan.at.size(), fitted, result);
   for (const proto::StageTime& stage : (*engine)->stages()) result.report.stages.push_back(stage);
   for (const proto::StageTime& stage : result.report.stages) result.report.seconds += stage.seconds;
   result.report.device = (*engine)->device();
+  if (request.by_error) {
+    if (auto problem = find_broken_promise(mesh, request.error_m, result)) return *problem;
+  }
   return result;
 }
 

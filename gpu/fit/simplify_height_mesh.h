@@ -43,6 +43,7 @@ struct MeshTarget {
   /// This share of the input's triangles, > 0 and <= 1; rounded to a whole number of them.
   static MeshTarget keep(double share) { return {Kind::keep, share}; }
   /// As few triangles as are found whose surface passes no vertex of the input at more than this along z; >= 0, in the unit of z.
+  /// Measured on the result; over it by no more than a float's rounding of heights.
   static MeshTarget error_m(double metres) { return {Kind::error_m, metres}; }
 };
 
@@ -78,13 +79,15 @@ struct SimplifiedMesh {
   MeshReport report;
 };
 
-/// Same input and options, same result, on every device. The input is only read. Some 450 bytes of memory a vertex are taken;
-/// inputs up to 2^28 vertices. Refused, with the first offending element named (the lowest index): arrays of unequal length
+/// Same input and options, same result, on every device. The input is only read. Some 450 bytes of memory a vertex are taken,
+/// and more where one has many edges, for all have room for as many: four times as much with 248. Inputs up to 2^28 vertices.
+/// Refused, with the first offending element named (the lowest index): arrays of unequal length
 /// ("mesh-broken"), NaN or infinity ("mesh-not-finite"), an index that is no vertex ("mesh-broken"), a triangle that is a line or
 /// turns the other way than the first, a vertex under another part of the surface ("mesh-not-height-field"), an edge of three
-/// triangles or a vertex of two fans ("mesh-not-manifold"), a target out of range ("bad-target"), a device that is unknown or
-/// cannot be used ("unknown-device", "device-unavailable"). A GPU that fails in mid-work is replaced by the CPU; `report.device`
-/// tells.
+/// triangles, a vertex of two fans or of more than 255 edges ("mesh-not-manifold"), a part so far away that the others lie in a
+/// few bins ("mesh-too-scattered"), a target out of range or an error that was not reached ("bad-target"), a device that is
+/// unknown or cannot be used ("unknown-device", "device-unavailable"). A GPU that fails in mid-work is replaced by the CPU;
+/// `report.device` tells.
 proto::Result<SimplifiedMesh> simplify(const HeightMesh& mesh, const MeshTarget& target, const MeshOptions& options = {});
 
 }  // namespace cordillera::gpu::fit

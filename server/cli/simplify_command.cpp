@@ -5,6 +5,7 @@
 #include <cmath>
 #include <ctime>
 #include <filesystem>
+#include <functional>
 #include <iostream>
 #include <utility>
 
@@ -32,14 +33,14 @@ proto::Result<void> check_output(const std::string& output) {
                         "--output"};
 }
 
-/// A triangle that rounding turned over or made a line.
-bool turned(const TriangleMesh& mesh) {
+/// Triangles that rounding, or smoothing, turned over or made a line.
+std::uint64_t turned(const TriangleMesh& mesh) {
   const auto positive = [&](const std::array<std::uint32_t, 3>& t) {
     const double ux = mesh.x[t[1]] - mesh.x[t[0]], uy = mesh.y[t[1]] - mesh.y[t[0]];
     const double vx = mesh.x[t[2]] - mesh.x[t[0]], vy = mesh.y[t[2]] - mesh.y[t[0]];
     return ux * vy - uy * vx > 0;
   };
-  return !std::all_of(mesh.triangles.begin(), mesh.triangles.end(), positive);
+  return static_cast<std::uint64_t>(std::count_if(mesh.triangles.begin(), mesh.triangles.end(), std::not_fn(positive)));
 }
 
 /// The result as it will stand in the file, how, and how far that is from the input.
@@ -70,7 +71,7 @@ SimplifyOutcome best_outcome(Judge& judge, const TriangleMesh& mesh, proto::Mesh
   SimplifyOutcome outcome = judge.outcome(mesh, encoding);
   if (encoding.coordinates == CoordinateType::float64) return outcome;
   const bool bound_lost = target.kind == gpu::fit::MeshTarget::Kind::error_m && outcome.error.max > target.value;
-  if (!bound_lost && !turned(outcome.mesh)) return outcome;
+  if (!bound_lost && turned(outcome.mesh) == 0) return outcome;
   encoding.coordinates = CoordinateType::float64;
   return judge.outcome(mesh, encoding);
 }
@@ -147,6 +148,7 @@ int run(const SimplifyLine& line, const SimplifyRequest& request) {
   const SimplifyOutcome outcome = best_outcome(judge, result, *proto::encoding_for(line.output, file->encoding), request.target);
   report.written = outcome.encoding;
   report.error = outcome.error;
+  report.turned_triangles = turned(outcome.mesh);
   watch.lap();
   if (auto written = proto::write_mesh_file(line.output, outcome.mesh, outcome.encoding); !written) {
     return fail(written.problem());

@@ -87,6 +87,7 @@ std::string report_json(const SimplifyReport& report) {
             {"max_error_m", report.error.max},
             {"max_error_vertex", report.error.worst},
             {"uncovered_vertices", report.error.uncovered},
+            {"turned_triangles", report.turned_triangles},
             {"read_seconds", report.read_seconds},
             {"simplify_seconds", report.simplified.seconds},
             {"simplify_cpu_seconds", report.cpu_seconds},
@@ -109,6 +110,8 @@ std::string report_table(const SimplifyReport& report) {
   if (report.error.uncovered > 0) {
     text += "beside    " + std::to_string(report.error.uncovered) + " vertices of the input are not above or below the result\n";
   }
+  if (report.turned_triangles > 0)
+    text += "folded    " + std::to_string(report.turned_triangles) + " triangles of the result are turned over\n";
   if (report.cleap) text += published_lines(*report.cleap);
   text += "time      " + fixed(simplified.seconds) + " s on " + simplified.device + "; reading " + fixed(report.read_seconds);
   return text + " s, writing " + fixed(report.write_seconds) + " s\n";

@@ -18,6 +18,7 @@ struct SimplifyReport {
   gpu::fit::MeshReport simplified;
   std::optional<gpu::cleap::Report> cleap;  ///< of the published algorithm
   gpu::VerticalError error;  ///< of the written surface, at the vertices of the input; measured apart from the simplifier
+  std::uint64_t turned_triangles = 0;  ///< of the result, seen from above: --smooth may fold it
   double read_seconds = 0, write_seconds = 0;
   double cpu_seconds =
       0;  ///< of all threads while simplifying, checks of the input included; says more than the clock on a busy machine

@@ -55,6 +55,67 @@ TEST(Fit, SheetsAboveEachOtherAreRefused) {
   EXPECT_TRUE(refusal(two).starts_with("mesh-not-height-field: the surface lies over itself at vertex ")) << refusal(two);
 }
 
+TEST(Fit, TwoHeightsAtOnePlaceAreRefused) {
+  HeightMesh two = grid(9, 9, 10, [](double, double) { return 0.0; });
+  const HeightMesh above = grid(9, 9, 10, [](double, double) { return 50.0; });
+  for (std::size_t v = 0; v < above.vertices(); ++v)
+    two.x.push_back(above.x[v]), two.y.push_back(above.y[v]), two.z.push_back(50);
+  for (const auto& t : above.triangles) two.triangles.push_back({t[0] + 81, t[1] + 81, t[2] + 81});
+  EXPECT_EQ(refusal(two), "mesh-not-height-field: vertex 0 and vertex 81 lie above each other");
+}
+
+/// A mesh of 40 m with a triangle far away, or a vertex without data.
+TEST(Fit, AnErrorThatIsNotReachedIsRefused) {
+  const HeightMesh good = grid(41, 41, 1, [](double x, double y) { return 8 * std::sin(x * 0.7) * std::cos(y * 0.5); });
+  const auto with_stray = [&](double at) {
+    HeightMesh mesh = good;
+    const auto first = static_cast<std::uint32_t>(mesh.vertices());
+    for (const auto& [x, y] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {0.0, 1.0}})
+      mesh.x.push_back(at + x), mesh.y.push_back(at + y), mesh.z.push_back(0);
+    mesh.triangles.push_back({first, first + 1, first + 2});
+    return mesh;
+  };
+  EXPECT_EQ(refusal(with_stray(-1e3), MeshTarget::error_m(0.1)), "");
+  EXPECT_TRUE(refusal(with_stray(-5e6), MeshTarget::error_m(0.01))
+                  .starts_with("bad-target: no surface was found within the error: vertex "));
+  for (const double none : {-9999.0, -3.4028234663852886e38}) {
+    HeightMesh mesh = good;
+    mesh.z[900] = none;
+    const auto made = simplify(mesh, MeshTarget::error_m(0.1), {.device = "cpu"});
+    EXPECT_EQ(made.ok(), none == -9999.0) << none;
+    if (made.ok())
+      EXPECT_LE(vertical_error({made->mesh.x, made->mesh.y, made->mesh.z, made->mesh.triangles}, {mesh.x, mesh.y, mesh.z}).max,
+                0.1);
+  }
+  EXPECT_EQ(refusal(good, MeshTarget::error_m(0)), "") << "heights are floats";
+}
+
+/// A survey with a triangle at the origin of its coordinates: nearly all vertices lie in a few bins.
+TEST(Fit, ACrowdIsRefusedBeforeItTakesHours) {
+  HeightMesh mesh = grid(201, 201, 30, [](double x, double y) { return std::sin(x * 0.01) + std::cos(y * 0.02); });
+  for (std::size_t v = 0; v < mesh.vertices(); ++v) mesh.x[v] += 5e6, mesh.y[v] += 4.9e7;
+  const auto first = static_cast<std::uint32_t>(mesh.vertices());
+  for (const auto& [x, y] : {std::pair{0.0, 0.0}, {30.0, 0.0}, {0.0, 30.0}})
+    mesh.x.push_back(x), mesh.y.push_back(y), mesh.z.push_back(0);
+  mesh.triangles.push_back({first, first + 1, first + 2});
+  EXPECT_EQ(refusal(mesh),
+            "mesh-too-scattered: nearly all vertices lie in a small part of the mesh; vertex 40401 is the farthest from there");
+}
+
+TEST(Fit, AVertexWithTooManyEdgesIsNamed) {
+  constexpr std::uint32_t kAround = 300;
+  HeightMesh fan;
+  for (std::uint32_t k = 0; k < kAround; ++k) {
+    const double angle = 2 * std::acos(-1) * k / kAround;
+    fan.x.push_back(100 * std::cos(angle)), fan.y.push_back(100 * std::sin(angle)), fan.z.push_back(0);
+    fan.triangles.push_back({kAround, k, (k + 1) % kAround});
+  }
+  fan.x.push_back(0.5), fan.y.push_back(0), fan.z.push_back(1);
+  EXPECT_EQ(refusal(fan), "mesh-not-manifold: vertex 300 has 300 edges");
+  fan.triangles.pop_back();
+  EXPECT_EQ(refusal(fan), "mesh-not-manifold: vertex 300 has 300 edges") << "at a border there is one more than triangles";
+}
+
 TEST(Fit, TargetsAndDevicesAreRefusedByName) {
   const HeightMesh good = terrain(bench::Terrain::rolling, 5);
   EXPECT_TRUE(refusal(good, MeshTarget::keep(0)).starts_with("bad-target"));
