@@ -114,11 +114,14 @@ Copies& grid_copies() {
   return copies;
 }
 
+Copies& row_copies() {
+  static Copies copies;
+  return copies;
+}
+
 Problem no_room(const std::string& name) {
   return {"storage-full", "no temporary folder can be made to open " + name + " in", "a disk with free space", ""};
 }
-
-std::string key_of(const std::string& path, const std::string& name) { return path + "\n" + name + "\n" + state_of(path); }
 
 /// Drivers take it for a part of the first word.
 bool begins_with_mark(const std::string& path) {
@@ -200,22 +203,28 @@ proto::Result<AtHand> make_grid(const AtHand& points, Trust trust) {
 
 }  // namespace
 
+std::string copy_key(const std::string& path, const std::string& name) { return path + "\n" + name + "\n" + state_of(path); }
+
 proto::Result<AtHand> at_hand(const std::string& path, const std::string& name, Trust trust) {
   const std::string file = fs::path(name.empty() ? path : name).filename().string();
   const bool packed = !is_remote(path) && is_archive(path);
   if (!packed && !is_remote(path) && begins_with_mark(path))
-    return unpacked_copies().get(key_of(path, file) + (trust == Trust::posted_file ? "\nalone" : ""),
+    return unpacked_copies().get(copy_key(path, file) + (trust == Trust::posted_file ? "\nalone" : ""),
                                  [&] { return make_unmarked(path, file, trust); });
   if (!packed) return AtHand{path, file, file, nullptr};
-  return unpacked_copies().get(key_of(path, file), [&] { return make_unpacked(path, file); });
+  return unpacked_copies().get(copy_key(path, file), [&] { return make_unpacked(path, file); });
 }
 
 std::optional<AtHand> known_grid(const AtHand& points, const std::string& key) {
-  return grid_copies().find(key_of(key, points.name));
+  return grid_copies().find(copy_key(key, points.name));
 }
 
 proto::Result<AtHand> gridded(const AtHand& points, const std::string& key, Trust trust) {
-  return grid_copies().get(key_of(key, points.name), [&] { return make_grid(points, trust); });
+  return grid_copies().get(copy_key(key, points.name), [&] { return make_grid(points, trust); });
+}
+
+proto::Result<AtHand> shared_copy(const std::string& key, const std::function<proto::Result<AtHand>()>& make) {
+  return row_copies().get(key, make);
 }
 
 }  // namespace cordillera::raster

@@ -226,6 +226,7 @@ proto::Result<void> open_sized(Dataset& dataset, const AtHand& raster, const std
   if (auto opened = open_at_hand(dataset, raster, band, folder); !opened.ok()) return opened;
   note_size(dataset);
   if (auto sized = check_size(dataset, raster.path); !sized.ok()) return sized;
+  dataset.key = copy_key(key, raster.name);
   if (dataset.driver != kPoints) return {};
   const auto grid = gridded(raster, key, dataset.trust);
   return grid.ok() ? open_grid(dataset, *grid) : grid.problem();

@@ -26,6 +26,7 @@ struct Dataset {
   std::string name;                ///< what the user called it, without folders
   std::string part;                ///< the variable or table that was chosen of several rasters in one file
   std::string driver;
+  std::string key;  ///< what copies of it are kept by: the user's file, and its state
   Trust trust = Trust::operator_file;
   std::string colour;  ///< "red": of a band that was asked for, and is one of a picture's; empty: it is none
   int columns = 0, rows = 0;

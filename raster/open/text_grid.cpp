@@ -4,13 +4,15 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <memory>
 #include <mutex>
-#include <optional>
 #include <string_view>
 #include <vector>
 
 #include "proto/letters.h"
 #include "proto/utf8.h"
+#include "raster/open/at_hand.h"
 
 namespace cordillera::raster {
 namespace {
@@ -102,28 +104,32 @@ Words read_all(const std::string& path) {
   return reader.end();
 }
 
-/// The last file that was looked at, and what was seen of it: each thread of a build opens the same one.
-struct Last {
-  std::string path;
-  fs::file_time_type time;
-  std::uintmax_t size = 0;
+/// What was seen of files, by path and state: each thread of a build opens the same ones. Who wants one that is being read waits.
+struct Seen {
+  std::once_flag once;
   Words words;
 };
+constexpr std::size_t kMostSeen = 4096;
 std::mutex g_mutex;
-std::optional<Last> g_last;
+std::map<std::string, std::shared_ptr<Seen>> g_seen;
+
+std::shared_ptr<Seen> seen_of(const std::string& key) {
+  const std::lock_guard lock(g_mutex);
+  if (g_seen.size() >= kMostSeen) g_seen.clear();
+  auto& seen = g_seen[key];
+  if (!seen) seen = std::make_shared<Seen>();
+  return seen;
+}
 
 }  // namespace
 
 proto::Result<bool> has_not_finite(const std::string& path, const std::string& name) {
   std::error_code error;
   if (!fs::is_regular_file(path, error)) return false;
-  Last now{path, fs::last_write_time(path, error), fs::file_size(path, error), {}};
-  const std::lock_guard lock(g_mutex);
-  if (!g_last || g_last->path != now.path || g_last->time != now.time || g_last->size != now.size) {
-    now.words = read_all(path);
-    g_last = std::move(now);
-  }
-  const Words& words = g_last->words;
+  // A posted file is opened by a link, of another name each time.
+  const auto seen = seen_of(copy_key(fs::canonical(path, error).string(), ""));
+  std::call_once(seen->once, [&] { seen->words = read_all(path); });
+  const Words& words = seen->words;
   if (words.word.empty()) return words.not_finite;
   return proto::Problem{"raster-unreadable",
                         name + " has \"" + proto::shown_text(words.word) + "\" in line " + std::to_string(words.line) +

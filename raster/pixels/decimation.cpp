@@ -8,6 +8,7 @@
 #include "raster/gdal/formats.h"
 #include "raster/gdal/gdal_scope.h"
 #include "raster/open/dataset.h"
+#include "raster/open/text_rows.h"
 
 namespace cordillera::raster {
 namespace {
@@ -77,7 +78,7 @@ double decoded_px(GDALRasterBand& band, int columns, int rows) {
 /// Where line k of `count` is read in an image that is `size` long.
 int line_at(int k, int count, int size) { return std::min(size - 1, static_cast<int>((k + 0.5) * size / count)); }
 
-/// Rows of `columns` pixels out of the first `width` of the image, one after the other: a text grid is read in no other order.
+/// Rows of `columns` pixels out of the first `width` of the image, one after the other.
 proto::Result<void> read_rows(const Dataset& dataset, GDALRasterBand& band, int width, const Decimation& size, GDALDataType type,
                               std::uint8_t* out) {
   const GdalScope scope(dataset.trust);
@@ -146,7 +147,11 @@ proto::Result<Decimation> decimated(const Dataset& dataset, int period, std::int
   const GDALDataType type = dataset.band->GetRasterDataType();
   const std::size_t count = static_cast<std::size_t>(out.columns) * static_cast<std::size_t>(out.rows);
   out.values.resize(count * static_cast<std::size_t>(GDALGetDataTypeSizeBytes(type)));
-  if (auto read = read_rows(dataset, *image.band, width, out, type, out.values.data()); !read.ok()) return read.problem();
+  TextRows text;
+  const auto band = image.band == dataset.band ? text.band(dataset, line_at(out.rows - 1, out.rows, dataset.rows) + 1)
+                                               : proto::Result<GDALRasterBand*>(image.band);
+  if (!band.ok()) return band.problem();
+  if (auto read = read_rows(dataset, **band, width, out, type, out.values.data()); !read.ok()) return read.problem();
   if (image.mask != nullptr) {
     out.mask.resize(count);
     if (auto read = read_rows(dataset, *image.mask, width, out, GDT_Byte, out.mask.data()); !read.ok()) return read.problem();

@@ -84,31 +84,14 @@ proto::Result<void> Pixels::read_inside(const PixelWindow& part, const PixelWind
   return {};
 }
 
-/// A text grid's lines are found one after the other. Asked for one behind a damaged line GDAL looks for all before it again, and
-/// for each of these again: it never ends. So lines are read in their order, and nothing behind the first that fails.
-proto::Result<void> Pixels::pass_lines(int end) {
-  if (dataset_.driver != "AAIGrid") return {};
-  const GdalScope scope(dataset_.trust);
-  for (; !torn_ && lines_ < end; ++lines_) {
-    double first = 0;
-    torn_ =
-        dataset_.band->RasterIO(GF_Read, 0, lines_, 1, 1, &first, 1, 1, GDT_Float64, 0, 0, nullptr) != CE_None || scope.failed();
-    if (torn_) break;
-  }
-  if (!torn_ || end <= lines_) return {};
-  return proto::Problem{"raster-unreadable",
-                        dataset_.name + " is damaged: row " + std::to_string(lines_ + 1) + " of " +
-                            std::to_string(dataset_.rows) + " cannot be read as numbers",
-                        "a complete, undamaged file", ""};
-}
-
 proto::Result<void> Pixels::read_stored(const PixelWindow& part, double* out, std::size_t stride) {
-  if (auto passed = pass_lines(static_cast<int>(part.y) + part.rows); !passed.ok()) return passed;
+  const auto band = text_.band(dataset_, static_cast<int>(part.y) + part.rows);
+  if (!band.ok()) return band.problem();
   const GdalScope scope(dataset_.trust);
   const int x = static_cast<int>(part.x), y = static_cast<int>(part.y);
   const GSpacing line_bytes = static_cast<GSpacing>(stride * sizeof(double));
-  CPLErr error = dataset_.band->RasterIO(GF_Read, x, y, part.columns, part.rows, out, part.columns, part.rows, GDT_Float64,
-                                         sizeof(double), line_bytes, nullptr);
+  CPLErr error = (*band)->RasterIO(GF_Read, x, y, part.columns, part.rows, out, part.columns, part.rows, GDT_Float64,
+                                   sizeof(double), line_bytes, nullptr);
   if (error == CE_None && dataset_.mask != nullptr) {
     mask_.resize(static_cast<std::size_t>(part.columns) * part.rows);
     error = dataset_.mask->RasterIO(GF_Read, x, y, part.columns, part.rows, mask_.data(), part.columns, part.rows, GDT_Byte, 1,

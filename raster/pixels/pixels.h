@@ -7,6 +7,7 @@
 
 #include "proto/result.h"
 #include "raster/open/dataset.h"
+#include "raster/open/text_rows.h"
 #include "raster/pixels/pixel_window.h"
 #include "raster/pixels/shared_pixels.h"
 #include "raster/pixels/validity.h"
@@ -43,7 +44,6 @@ class Pixels {
   proto::Result<void> read_inside(const PixelWindow& part, const PixelWindow& window, std::int64_t shift,
                                   std::vector<double>& heights);
   proto::Result<void> read_stored(const PixelWindow& part, double* out, std::size_t stride);
-  proto::Result<void> pass_lines(int end);
   bool block_missing(std::int64_t block_x, std::int64_t block_y) const;
   void to_metres(double* line, const std::uint8_t* mask, std::size_t count) const;
 
@@ -51,8 +51,7 @@ class Pixels {
   HeightRule rule_;
   int period_;
   Validity validity_;
-  int lines_ = 0;                   ///< of a text grid, those that were read in their order
-  bool torn_ = false;               ///< the next one could not be
+  TextRows text_;
   std::vector<std::uint8_t> mask_;  ///< scratch
   std::shared_ptr<SharedPixels> lately_;
   std::size_t raster_ = 0;  ///< its number there
