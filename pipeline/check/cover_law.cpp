@@ -12,12 +12,6 @@ namespace {
 
 constexpr std::int64_t kWindow = 2048;  // samples across what is read at once; as wide as that may a cell be
 
-/// A window's samples, where it has any.
-proto::Result<proto::Samples> read(raster::Source& source, const proto::Lattice& lattice, const raster::Source::Window& w) {
-  return source.sample(lattice, w.west, w.south, static_cast<std::int32_t>(w.east - w.west + 1),
-                       static_cast<std::int32_t>(w.north - w.south + 1));
-}
-
 /// What of the tile may have data.
 TileRectangle part_with_data(const proto::Lattice& lattice, const proto::TileAddress& tile, const raster::Source::Window& w) {
   proto::Samples window;
@@ -28,7 +22,8 @@ TileRectangle part_with_data(const proto::Lattice& lattice, const proto::TileAdd
 
 }  // namespace
 
-void check_cover(raster::Source& source, const proto::Plan& plan, const CheckedTile& tile, Report& report) {
+void check_cover(const raster::Source& source, KnownSamples& known, const proto::Plan& plan, const CheckedTile& tile,
+                 Report& report) {
   const proto::Lattice lattice = lattice_of(plan);
   const std::int64_t cell = lattice.cell_units(tile.tile.z), west = lattice.west(tile.tile), south = lattice.south(tile.tile);
   const raster::Source::Window all = node_window(plan, tile.tile, 0), around = node_window(plan, tile.tile, cell);
@@ -54,7 +49,7 @@ void check_cover(raster::Source& source, const proto::Plan& plan, const CheckedT
       // Between rasters that lie far apart there is nothing to be covered.
       if (source.empty(lattice, window.west, window.south, window.east - window.west + 1, window.north - window.south + 1))
         continue;
-      const auto samples = read(source, lattice, window);
+      const auto samples = known.sample(window);
       if (!samples)
         return report.findings.add(name_of(tile.tile), "the raster cannot be read there: " + samples.problem().detail);
       const auto left = uncovered_inside(lattice, tile.tile, mesh, *samples, part);

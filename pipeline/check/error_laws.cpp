@@ -36,18 +36,20 @@ proto::Result<std::unique_ptr<ErrorLaws>> ErrorLaws::open(const OpenRasters& ras
   return std::unique_ptr<ErrorLaws>(new ErrorLaws(std::move(*source), std::move(known)));
 }
 
+ErrorLaws::ErrorLaws(std::unique_ptr<raster::Source> source, proto::Plan plan)
+    : source_(std::move(source)), samples_(*source_, lattice_of(plan)), plan_(std::move(plan)) {}
+
 void ErrorLaws::add(const CheckedTile& tile, double stated_m, Report& report) {
   const proto::Lattice lattice = lattice_of(plan_);
   const raster::Source::Window w = node_window(plan_, tile.tile);
   if (w.west > w.east || w.south > w.north) return report.findings.add(name_of(tile.tile), "it lies outside the raster");
-  check_cover(*source_, plan_, tile, report);
+  check_cover(*source_, samples_, plan_, tile, report);
   const std::int64_t columns = w.east - w.west + 1, rows = w.north - w.south + 1;
   if (columns * rows > kBlockSamples) {
     ++report.unmeasured;
     return;
   }
-  const auto samples =
-      source_->sample(lattice, w.west, w.south, static_cast<std::int32_t>(columns), static_cast<std::int32_t>(rows));
+  const auto samples = samples_.sample(w);
   if (!samples) return report.findings.add(name_of(tile.tile), "the raster cannot be read there: " + samples.problem().detail);
   const proto::TileMesh mesh = tile_mesh_of(tile.drc);
   if (tile.tile.z == lattice.finest_level)

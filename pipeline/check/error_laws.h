@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "pipeline/check/check.h"
+#include "pipeline/check/known_samples.h"
 #include "pipeline/check/tile_laws.h"
 #include "pipeline/store/pixel_error_sum.h"
 #include "raster/source.h"
@@ -20,8 +21,9 @@ class ErrorLaws {
   void finish(const proto::Source& stated, Report& report) const;
 
  private:
-  ErrorLaws(std::unique_ptr<raster::Source> source, proto::Plan plan) : source_(std::move(source)), plan_(std::move(plan)) {}
+  ErrorLaws(std::unique_ptr<raster::Source> source, proto::Plan plan);
   std::unique_ptr<raster::Source> source_;
+  KnownSamples samples_;  ///< its own
   PixelErrorSum pixels_;  ///< of the finest level's tiles so far
   proto::Plan plan_;
 };
