@@ -44,6 +44,12 @@ bool touch(const Window& a, const Window& b, const proto::Lattice& lattice) {
          modulo(a.west - b.west, lattice.columns()) <= b.east - b.west;
 }
 
+std::int64_t reach_of_points(const proto::Source& source, const proto::Lattice& lattice) {
+  return is_of_points(source) ? reach_beyond(source, lattice) : 0;
+}
+
+Window widened(const Window& w, std::int64_t by) { return {w.west - by, w.south - by, w.east + by, w.north + by}; }
+
 int feather_vertices(double feather_m, const proto::Lattice& lattice) {
   const double cell_m = proto::cell_height_m(lattice, lattice.rows() / 2);
   return static_cast<int>(std::clamp(std::nearbyint(feather_m / cell_m), 0.0, static_cast<double>(kMostFeather)));

@@ -29,6 +29,13 @@ bool is_of_points(const proto::Source& source);
 /// grid, the outermost half pixels of one are interpolated to the other's.
 std::int64_t reach_beyond(const proto::Source& source, const proto::Lattice& lattice);
 
+/// The same of points alone: how far beyond its window a raster among others may have data. One of points ends at the outermost
+/// centres, and data may reach to those of the next raster.
+std::int64_t reach_of_points(const proto::Source& source, const proto::Lattice& lattice);
+
+/// A window with so much around it.
+Source::Window widened(const Source::Window& window, std::int64_t by);
+
 /// How far a feather reaches, in vertices of the lattice; at most kMostFeather.
 int feather_vertices(double feather_m, const proto::Lattice& lattice);
 inline constexpr int kMostFeather = 256;

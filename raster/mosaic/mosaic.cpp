@@ -12,8 +12,8 @@
 #include "proto/lru.h"
 #include "raster/mosaic/all_void.h"
 #include "raster/mosaic/blend.h"
+#include "raster/mosaic/grid_neighbours.h"
 #include "raster/mosaic/mosaic_description.h"
-#include "raster/mosaic/same_grid.h"
 #include "raster/mosaic/sheets.h"
 #include "raster/mosaic/window_index.h"
 #include "raster/open/raster_state.h"
@@ -26,20 +26,13 @@ constexpr std::size_t kOpenMembers = 24;  // a block may lie over that many rast
 
 using Window = Source::Window;
 
-Window widened(const Window& w, std::int64_t by) { return {w.west - by, w.south - by, w.east + by, w.north + by}; }
-
-/// How far beyond its window a raster among others may have data: of points that ends at the outermost centres, and data may
-/// reach to those of the next raster.
-std::int64_t reach_of_points(const proto::Source& source, const proto::Lattice& lattice) {
-  return is_of_points(source) ? reach_beyond(source, lattice) : 0;
-}
-
 class Mosaic final : public Source {
  public:
   Mosaic(std::vector<MosaicMember> members, double feather_m)
       : members_(std::move(members)),
         feather_m_(feather_m),
-        sheets_(feather_m > 0 ? sheets_of(members_) : std::vector<std::size_t>()) {
+        sheets_(feather_m > 0 ? sheets_of(members_) : std::vector<std::size_t>()),
+        neighbours_(members_, sheets_) {
     description_ = describe_mosaic(members_, window(kMemberLattice));
   }
 
@@ -109,9 +102,11 @@ class Mosaic final : public Source {
       if (is_hidden(layer, owners)) continue;
       auto source = opened(layer);
       if (!source.ok()) return source.problem();
-      const auto own = (*source)->pixels(lattice, cells);
+      std::vector<PixelNumber> numbers;
+      const auto own = (*source)->numbered_pixels(lattice, cells, &numbers);
       if (!own.ok()) return own.problem();
-      for (const PixelPoint& pixel : *own) {
+      for (std::size_t k = 0; k < own->size(); ++k) {
+        const PixelPoint& pixel = (*own)[k];
         const std::int64_t column = cells.west - there.west + static_cast<std::int64_t>(pixel.x),
                            row = cells.south - there.south +
                                  std::min(static_cast<std::int64_t>(pixel.y), cells.north - cells.south - 1);
@@ -119,11 +114,7 @@ class Mosaic final : public Source {
           return surface->owners[static_cast<std::size_t>(row * there.columns + column + v)];
         };
         const std::int64_t up = there.columns;
-        const auto shapes = shapes_surface(layer, {owner(0), owner(1), owner(up), owner(up + 1)},
-                                           {lattice.longitude_deg(cells.west) + pixel.x * lattice.cell_deg(),
-                                            lattice.latitude_deg(cells.south) + pixel.y * lattice.cell_deg()});
-        if (!shapes.ok()) return shapes.problem();
-        if (*shapes) out.push_back(pixel);
+        if (shapes_surface(layer, {owner(0), owner(1), owner(up), owner(up + 1)}, numbers[k])) out.push_back(pixel);
       }
     }
     return out;
@@ -243,74 +234,24 @@ class Mosaic final : public Source {
     return kept;
   }
 
-  /// All of a member's pixels, without opening it.
-  PixelWindow pixels_of(std::size_t member) const {
-    const MosaicMember& m = members_[member];
-    if (m.decimation) return {0, 0, m.decimation->columns, m.decimation->rows};
-    return {0, 0, static_cast<int>(m.description.columns()), static_cast<int>(m.description.rows())};
-  }
-
-  /// The members whose pixels go on those of this one.
-  const std::vector<GridNeighbour>& neighbours_of(std::size_t member) {
-    const auto known = neighbours_.find(member);
-    if (known != neighbours_.end()) return known->second;
-    constexpr std::int64_t kBeside = 2;
-    const proto::Source& own = members_[member].description;
-    std::vector<GridNeighbour> found;
-    for (std::size_t k = 0; k < members_.size(); ++k) {
-      const proto::Source& next = members_[k].description;
-      // One that is blended with this one is no part of it.
-      if (k == member || sheet_of(k) != sheet_of(member) || !may_share_grid(own, next)) continue;
-      // Half a pixel is open between points and areas, and a whole one between points.
-      const std::int64_t apart = reach_of_points(is_of_points(own) ? own : next, kMemberLattice);
-      if (!touch(members_[k].window, widened(members_[member].window, kBeside + apart), kMemberLattice)) continue;
-      const auto shift = shift_on_grid(members_[member].grid, members_[k].grid);
-      if (!shift || lies_within(pixels_of(k), *shift, pixels_of(member))) continue;
-      found.push_back({k, *shift, pixels_of(k)});
-    }
-    return neighbours_[member] = std::move(found);
-  }
-
-  struct Place {
-    double longitude_deg = 0, latitude_deg = 0;
-  };
   /// Whether a member's pixel has a part in all heights around it: they are its own, or of others that read across their side.
-  proto::Result<bool> shapes_surface(std::size_t member, const std::array<std::size_t, 4>& owners, const Place& pixel) {
-    for (auto owner = owners.begin(); owner != owners.end(); ++owner) {
-      if (*owner == kNobody || *owner == member || std::find(owners.begin(), owner, *owner) != owner) continue;
-      if (*owner == kSeveral) return false;
-      const auto reads = reads_across(*owner, member, pixel);
-      if (!reads.ok() || !*reads) return reads;
-    }
-    return true;
-  }
-
-  /// Whether another member's pixels go on those of this one.
-  bool goes_on(std::size_t member, std::size_t other) {
-    return std::ranges::any_of(neighbours_of(member), [&](const GridNeighbour& next) { return next.member == other; });
+  bool shapes_surface(std::size_t member, const std::array<std::size_t, 4>& owners, const PixelNumber& pixel) {
+    return std::ranges::all_of(owners, [&](std::size_t owner) {
+      return owner == kNobody || owner == member || (owner != kSeveral && neighbours_.reads_across(owner, member, pixel));
+    });
   }
 
   /// Whether no pixel of a layer shapes the surface between vertices of these owners.
   bool is_hidden(std::size_t layer, const std::set<std::size_t>& owners) {
-    return !owners.contains(layer) && !owners.contains(kNobody) &&
-           std::ranges::none_of(owners, [&](std::size_t owner) { return owner != kSeveral && goes_on(owner, layer); });
-  }
-
-  /// Whether a member's heights are interpolated to a pixel of another: both are of one grid, and it has none there itself.
-  proto::Result<bool> reads_across(std::size_t member, std::size_t other, Place pixel) {
-    if (!goes_on(member, other)) return false;
-    const auto source = opened(member);
-    if (!source.ok()) return source.problem();
-    (*source)->placement().to_pixels(&pixel.longitude_deg, &pixel.latitude_deg, 1);
-    const double column = pixel.longitude_deg, row = pixel.latitude_deg;
-    const PixelWindow all = (*source)->all_pixels();
-    return !(column >= 0 && column < all.columns && row >= 0 && row < all.rows);
+    return !owners.contains(layer) && !owners.contains(kNobody) && std::ranges::none_of(owners, [&](std::size_t owner) {
+      return owner != kSeveral && neighbours_.goes_on(owner, layer);
+    });
   }
 
   /// Pixels of the window beyond the member's sides, from those that go on with them: of the first that has one.
   proto::Result<void> read_beyond(std::size_t member, const PixelWindow& all, const PixelWindow& window,
                                   std::vector<double>& heights) {
-    return fill_beyond(all, neighbours_of(member), window, heights,
+    return fill_beyond(all, neighbours_.of(member), window, heights,
                        [this](std::size_t other, const PixelWindow& part, std::vector<double>& out) -> proto::Result<void> {
                          const auto source = opened(other);
                          return source.ok() ? (*source)->own_pixels(part, out) : source.problem();
@@ -349,12 +290,12 @@ class Mosaic final : public Source {
   std::vector<MosaicMember> members_;
   double feather_m_;
   std::vector<std::size_t> sheets_;  ///< see sheets_of; empty: nothing is blended
+  GridNeighbours neighbours_;
   proto::Source description_;
   mutable std::map<int, Window> windows_;                                      ///< by level; asked for at every empty place
   proto::Lru<std::size_t, std::shared_ptr<RasterSource>> open_{kOpenMembers};  ///< each counts one
   std::shared_ptr<SharedPixels> lately_;                                       ///< may be null
-  std::map<std::size_t, std::vector<GridNeighbour>> neighbours_;       ///< by member, of those that were read beyond their sides
-  std::map<std::pair<int, std::int64_t>, std::int32_t> pole_heights_;  ///< by level and row
+  std::map<std::pair<int, std::int64_t>, std::int32_t> pole_heights_;          ///< by level and row
 };
 
 MosaicMember member_of(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options,

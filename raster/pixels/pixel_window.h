@@ -11,4 +11,9 @@ struct PixelWindow {
   std::size_t count() const { return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows); }
 };
 
+/// One pixel of a raster.
+struct PixelNumber {
+  std::int32_t column = 0, row = 0;
+};
+
 }  // namespace cordillera::raster

@@ -49,7 +49,12 @@ class RasterSource : public Source {
                                        std::int32_t rows) override;
   proto::Result<void> nearest(std::span<const double> longitude_deg, std::span<const double> latitude_deg, double* out) override;
   proto::Result<void> nearest_in_cells(const proto::Lattice& lattice, const Window& cells, double* out) override;
-  proto::Result<std::vector<PixelPoint>> pixels(const proto::Lattice& lattice, const Window& cells) override;
+  proto::Result<std::vector<PixelPoint>> pixels(const proto::Lattice& lattice, const Window& cells) override {
+    return numbered_pixels(lattice, cells, nullptr);
+  }
+  /// The same. numbers: may be null; gets which pixel each of them is.
+  proto::Result<std::vector<PixelPoint>> numbered_pixels(const proto::Lattice& lattice, const Window& cells,
+                                                         std::vector<PixelNumber>* numbers);
   std::string datum_print() const override;
   void share_pixels(const std::shared_ptr<SharedPixels>& lately, std::size_t raster) override { pixels_.share(lately, raster); }
   proto::Result<std::shared_ptr<const Decimation>> decimate(std::int64_t most_pixels) override;

@@ -69,7 +69,8 @@ std::vector<PixelWindow> RasterSource::pixels_around(const proto::Lattice& latti
   return windows;
 }
 
-proto::Result<std::vector<PixelPoint>> RasterSource::pixels(const proto::Lattice& lattice, const Window& cells) {
+proto::Result<std::vector<PixelPoint>> RasterSource::numbered_pixels(const proto::Lattice& lattice, const Window& cells,
+                                                                     std::vector<PixelNumber>* numbers) {
   std::vector<PixelPoint> out;
   if (cells.east <= cells.west || cells.north <= cells.south ||
       empty(lattice, cells.west, cells.south, cells.east - cells.west + 1, cells.north - cells.south + 1))
@@ -123,7 +124,11 @@ proto::Result<std::vector<PixelPoint>> RasterSource::pixels(const proto::Lattice
           for (; along < wide; along += turn) {  // more than once where the window laps itself
             if (!wanted(along, up)) continue;
             const double total_m = height_m(line[c], along, up);
-            if (std::abs(total_m) <= proto::kMaxHeight_m) out.push_back({along, up, total_m});
+            if (!(std::abs(total_m) <= proto::kMaxHeight_m)) continue;
+            out.push_back({along, up, total_m});
+            if (numbers != nullptr)
+              numbers->push_back(
+                  {static_cast<std::int32_t>(part.x) + static_cast<std::int32_t>(c), static_cast<std::int32_t>(part.y) + r});
           }
         }
       }
