@@ -37,12 +37,13 @@ std::unique_ptr<Pgm> read_pgm(const fs::path& path, bool whole) {
 std::shared_ptr<const Pgm> shared_pgm(const fs::path& path) {
   static std::mutex mutex;
   static std::map<std::string, std::weak_ptr<const Pgm>> open;
+  static std::shared_ptr<const Pgm> last;  // of many rasters that are looked at one after the other none is open between two
   // Another file may take its place while the process lives.
   const std::string name = path.string() + ' ' + std::to_string(fs::last_write_time(path).time_since_epoch().count());
   const std::lock_guard lock(mutex);
   std::shared_ptr<const Pgm> grid = open[name].lock();
   if (!grid) open[name] = grid = read_pgm(path, true);
-  return grid;
+  return last = grid;
 }
 
 /// Only what lies around an area is in memory.

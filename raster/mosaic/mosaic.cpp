@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <set>
 #include <span>
 
@@ -17,14 +18,19 @@
 #include "raster/mosaic/sheets.h"
 #include "raster/mosaic/window_index.h"
 #include "raster/open/raster_state.h"
+#include "raster/open/text_rows.h"
 #include "raster/pixels/decimation.h"
 
 namespace cordillera::raster {
 namespace {
 
-constexpr std::size_t kOpenMembers = 24;  // a block may lie over that many rasters without opening one twice
+constexpr std::size_t kOpenFiles = 24;  // a block may lie over that many rasters without opening one twice
 
 using Window = Source::Window;
+
+bool same(const Window& a, const Window& b) {
+  return a.west == b.west && a.south == b.south && a.east == b.east && a.north == b.north;
+}
 
 class Mosaic final : public Source {
  public:
@@ -65,7 +71,10 @@ class Mosaic final : public Source {
       if (auto done = level_poles(lattice, *alone); !done.ok()) return done.problem();
       return alone;
     }
-    auto sum = laid(lattice, asked, layers);
+    auto sum = last_ && last_->level == lattice.finest_level && same(last_->window, asked)
+                   ? proto::Result<Laid>(std::move(last_->laid))
+                   : laid(lattice, asked, layers);
+    last_.reset();
     if (!sum.ok()) return sum.problem();
     if (auto done = level_poles(lattice, sum->samples); !done.ok()) return done.problem();
     return cut_out(sum->samples, asked);
@@ -93,7 +102,7 @@ class Mosaic final : public Source {
       auto source = opened(layers.front());
       return source.ok() ? (*source)->pixels(lattice, cells) : proto::Result<std::vector<PixelPoint>>(source.problem());
     }
-    const auto surface = laid(lattice, cells, under(with_feather(cells, lattice), lattice));
+    auto surface = laid(lattice, cells, under(with_feather(cells, lattice), lattice));
     if (!surface.ok()) return surface.problem();
     const proto::Samples& there = surface->samples;
     const std::set<std::size_t> owners(surface->owners.begin(), surface->owners.end());
@@ -117,6 +126,7 @@ class Mosaic final : public Source {
         if (shapes_surface(layer, {owner(0), owner(1), owner(up), owner(up + 1)}, numbers[k])) out.push_back(pixel);
       }
     }
+    last_ = LastLaid{lattice.finest_level, cells, std::move(*surface)};
     return out;
   }
 
@@ -230,7 +240,7 @@ class Mosaic final : public Source {
         return read_beyond(member, all, window, heights);
       });
     if (lately_) kept->share_pixels(lately_, member);
-    open_.keep(member, kept, 1);
+    open_.keep(member, kept, m.description.driver() == kTextGrid ? 2 : 1);  // it has a copy, too
     return kept;
   }
 
@@ -290,12 +300,19 @@ class Mosaic final : public Source {
   std::vector<MosaicMember> members_;
   double feather_m_;
   std::vector<std::size_t> sheets_;  ///< see sheets_of; empty: nothing is blended
+  /// For the pixels that were asked for last: samples of that place are asked for next.
+  struct LastLaid {
+    int level = 0;
+    Window window;
+    Laid laid;
+  };
+  std::optional<LastLaid> last_;
   GridNeighbours neighbours_;
   proto::Source description_;
-  mutable std::map<int, Window> windows_;                                      ///< by level; asked for at every empty place
-  proto::Lru<std::size_t, std::shared_ptr<RasterSource>> open_{kOpenMembers};  ///< each counts one
-  std::shared_ptr<SharedPixels> lately_;                                       ///< may be null
-  std::map<std::pair<int, std::int64_t>, std::int32_t> pole_heights_;          ///< by level and row
+  mutable std::map<int, Window> windows_;                                    ///< by level; asked for at every empty place
+  proto::Lru<std::size_t, std::shared_ptr<RasterSource>> open_{kOpenFiles};  ///< each counts its files
+  std::shared_ptr<SharedPixels> lately_;                                     ///< may be null
+  std::map<std::pair<int, std::int64_t>, std::int32_t> pole_heights_;        ///< by level and row
 };
 
 MosaicMember member_of(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options,

@@ -14,8 +14,6 @@ namespace {
 
 using proto::Problem;
 
-constexpr const char* kTextGrid = "AAIGrid";
-
 Problem unwritable(const Dataset& dataset) {
   return {"storage-full", "no copy of " + dataset.name + " can be written to read it from", "a disk with free space", ""};
 }

@@ -11,6 +11,8 @@
 
 namespace cordillera::raster {
 
+inline constexpr const char* kTextGrid = "AAIGrid";  ///< its driver
+
 /// Of one handle, and not thread-safe, as that is.
 class TextRows {
  public:

@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include <GeographicLib/Geoid.hpp>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -188,6 +189,31 @@ TEST_F(Vertical, ANameThatIsKnownInPartIsAnsweredWithWhatItMayMean) {
   EXPECT_THAT(said("CGVD2013"), ::testing::HasSubstr("CGVD2013(CGG2013) height"));
   EXPECT_THAT(said("nonsense"), ::testing::EndsWith("a grid file that may be read"));
   EXPECT_THAT(said("m"), ::testing::EndsWith("a grid file that may be read")) << "too little to go by";
+}
+
+/// Of rasters that are opened one after the other each would read all of it again.
+TEST_F(Vertical, ASmallGridIsReadOnce) {
+  const std::string head = "P5\n# Origin 90N 0E\n# Offset -100\n# Scale 1\n8 5\n65535\n";
+  const auto points = [](char low) {
+    std::string bytes;
+    for (int k = 0; k < 8 * 5; ++k) bytes += std::string(1, '\0') + low;
+    return bytes;
+  };
+  auto options = plain_options();
+  options.set_vertical_datum(write_text(head + points(120), "small.pgm"));
+  const std::string file = options.vertical_datum(), raster = write(Spec());
+  const auto height = [&] {
+    const auto source = must_open(raster, options);
+    const auto w = source->window(lattice(9));
+    return height_m(*source, lattice(9), w.west + 1, w.south + 1);
+  };
+  EXPECT_EQ(height(), 120);
+  const auto time = fs::last_write_time(file);
+  write_text(head + points(70), "small.pgm");
+  fs::last_write_time(file, time);  // as if it had not changed
+  EXPECT_EQ(height(), 120);
+  fs::last_write_time(file, time + std::chrono::seconds(1));
+  EXPECT_EQ(height(), 70);
 }
 
 TEST_F(Vertical, MissingAndWrongGrids) {
