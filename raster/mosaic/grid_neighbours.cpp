@@ -57,4 +57,13 @@ bool GridNeighbours::reads_across(std::size_t member, std::size_t other, const P
   return !(x >= 0 && x < own.columns() && y >= 0 && y < own.rows());
 }
 
+std::optional<PixelNumber> GridNeighbours::number_in(std::size_t member, std::size_t other, const PixelNumber& pixel) {
+  const GridNeighbour* const there = next(member, other);
+  if (there == nullptr || members_[member].decimation || members_[other].decimation) return std::nullopt;
+  const std::int64_t column = there->shift.x + pixel.column, row = there->shift.y + pixel.row;
+  const PixelWindow own = pixels_of(members_[member]);
+  if (column < 0 || column >= own.columns || row < 0 || row >= own.rows) return std::nullopt;
+  return PixelNumber{static_cast<std::int32_t>(column), static_cast<std::int32_t>(row)};
+}
+
 }  // namespace cordillera::raster

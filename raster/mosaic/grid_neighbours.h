@@ -2,6 +2,7 @@
 // Which members of a mosaic go on with each other's grid, found when it is first asked, and where pixels of one lie for another.
 #include <cstddef>
 #include <map>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -23,6 +24,9 @@ class GridNeighbours {
   bool goes_on(std::size_t member, std::size_t other) { return next(member, other) != nullptr; }
   /// Whether a member's heights are interpolated to a pixel of another: it goes on there, and has none itself.
   bool reads_across(std::size_t member, std::size_t other, const PixelNumber& pixel);
+  /// The number that the pixel of another has in a member, where it goes on that and lies on it in part; none elsewhere, and of
+  /// those that are thinned out.
+  std::optional<PixelNumber> number_in(std::size_t member, std::size_t other, const PixelNumber& pixel);
 
  private:
   const GridNeighbour* next(std::size_t member, std::size_t other);

@@ -107,6 +107,11 @@ class Mosaic final : public Source {
     const proto::Samples& there = surface->samples;
     const std::set<std::size_t> owners(surface->owners.begin(), surface->owners.end());
     std::vector<PixelPoint> out;
+    // Several rasters may have a pixel beyond the side of another: it counts once.
+    std::set<std::pair<std::int64_t, std::int64_t>> at_seams;
+    const auto rounded = [](const PixelPoint& pixel) {
+      return std::pair(std::llround(pixel.x * 1024), std::llround(pixel.y * 1024));
+    };
     for (const std::size_t layer : layers) {
       if (is_hidden(layer, owners)) continue;
       auto source = opened(layer);
@@ -123,7 +128,11 @@ class Mosaic final : public Source {
           return surface->owners[static_cast<std::size_t>(row * there.columns + column + v)];
         };
         const std::int64_t up = there.columns;
-        if (shapes_surface(layer, {owner(0), owner(1), owner(up), owner(up + 1)}, numbers[k])) out.push_back(pixel);
+        const std::array<std::size_t, 4> around{owner(0), owner(1), owner(up), owner(up + 1)};
+        const auto shapes = shapes_surface(layer, around, numbers[k]);
+        if (!shapes.ok()) return shapes.problem();
+        const bool alone = std::ranges::all_of(around, [&](std::size_t one) { return one == layer; });
+        if (*shapes && (alone || at_seams.insert(rounded(pixel)).second)) out.push_back(pixel);
       }
     }
     last_ = LastLaid{lattice.finest_level, cells, std::move(*surface)};
@@ -244,11 +253,33 @@ class Mosaic final : public Source {
     return kept;
   }
 
-  /// Whether a member's pixel has a part in all heights around it: they are its own, or of others that read across their side.
-  bool shapes_surface(std::size_t member, const std::array<std::size_t, 4>& owners, const PixelNumber& pixel) {
-    return std::ranges::all_of(owners, [&](std::size_t owner) {
-      return owner == kNobody || owner == member || (owner != kSeveral && neighbours_.reads_across(owner, member, pixel));
-    });
+  /// Whether a member's pixel has a part in all heights around it: they are its own, or of others that read across their side, or
+  /// have the same height there. Of those that have, it is the first one's pixel alone.
+  proto::Result<bool> shapes_surface(std::size_t member, const std::array<std::size_t, 4>& owners, const PixelNumber& pixel) {
+    for (auto owner = owners.begin(); owner != owners.end(); ++owner) {
+      if (*owner == kNobody || *owner == member || std::find(owners.begin(), owner, *owner) != owner) continue;
+      if (*owner == kSeveral) return false;
+      if (neighbours_.reads_across(*owner, member, pixel)) continue;
+      if (*owner < member || std::ranges::find(owners, member) == owners.end()) return false;
+      const auto same = is_same_pixel(member, pixel, *owner);
+      if (!same.ok() || !*same) return same;
+    }
+    return true;
+  }
+
+  /// Whether another member has a member's pixel, too, with the same height, as those have that were cut with a shared row.
+  proto::Result<bool> is_same_pixel(std::size_t member, const PixelNumber& pixel, std::size_t other) {
+    const auto there = neighbours_.number_in(other, member, pixel);
+    if (!there) return false;
+    double height_m[2];
+    for (const auto& [which, number] : {std::pair{member, pixel}, {other, *there}}) {
+      const auto source = opened(which);
+      if (!source.ok()) return source.problem();
+      std::vector<double> one;
+      if (auto done = (*source)->own_pixels({number.column, number.row, 1, 1}, one); !done.ok()) return done.problem();
+      height_m[which == member ? 0 : 1] = one.front();
+    }
+    return height_m[0] == height_m[1];
   }
 
   /// Whether no pixel of a layer shapes the surface between vertices of these owners.

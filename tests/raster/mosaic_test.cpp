@@ -212,14 +212,22 @@ TEST_F(Mosaic, rasters_of_one_grid_are_interpolated_across_their_sides) {
     const auto pieces = raster::make_mosaic({piece("a" + k + ".tif", 0, 0, 25, 17), piece("b" + k + ".tif", 25, 0, 35, 17),
                                              piece("c" + k + ".tif", 0, 17, 25, 23), piece("d" + k + ".tif", 25, 17, 35, 23)},
                                             0);
+    // Cut with a row and a column of the next ones, and with several: those pixels are in two of them, or in four.
+    const std::vector<raster::MosaicMember> lapped{piece("e" + k + ".tif", 0, 0, 26, 18), piece("f" + k + ".tif", 25, 0, 35, 18),
+                                                   piece("g" + k + ".tif", 0, 17, 32, 23),
+                                                   piece("h" + k + ".tif", 25, 14, 35, 26)};
+    const auto in_order = raster::make_mosaic(lapped, 0), reversed = raster::make_mosaic({lapped.rbegin(), lapped.rend()}, 0);
     for (const int level : {kLevel, kLevel - 1, kLevel - 2, kLevel + 2}) {
-      const proto::Samples a = whole(*whole_grid, lattice(level)),
-                           b = pieces->sample(lattice(level), a.west, a.south, a.columns, a.rows).value();
-      std::size_t other = 0;
-      for (std::size_t v = 0; v < a.height.size(); ++v) other += a.height[v] != b.height[v] ? 1 : 0;
-      EXPECT_EQ(other, 0u) << "of " << a.height.size() << ", level " << level;
+      const proto::Samples a = whole(*whole_grid, lattice(level));
       const Window cells{a.west, a.south, a.west + a.columns - 1, a.south + a.rows - 1};
-      EXPECT_EQ(sorted_pixels(*pieces, level, cells), sorted_pixels(*whole_grid, level, cells)) << "level " << level;
+      const auto pixels_there = sorted_pixels(*whole_grid, level, cells);
+      for (raster::Source* const cut : {pieces.get(), in_order.get(), reversed.get()}) {
+        const proto::Samples b = cut->sample(lattice(level), a.west, a.south, a.columns, a.rows).value();
+        std::size_t other = 0;
+        for (std::size_t v = 0; v < a.height.size(); ++v) other += a.height[v] != b.height[v] ? 1 : 0;
+        EXPECT_EQ(other, 0u) << "of " << a.height.size() << ", level " << level;
+        EXPECT_EQ(sorted_pixels(*cut, level, cells), pixels_there) << "level " << level;
+      }
     }
   }
 }
