@@ -5,6 +5,7 @@ import { post_rasters, watch_build } from "./upload.js";
 
 const stops = new Map();  // by id: ends the listening
 const mine = new Set();   // posted here, and not over
+const going = new Set();  // being deleted, or gone
 let shown = null;         // the dataset that is looked at, or waited for
 let last = null;          // { id, name, cancel, goes } of what was posted last; goes: the page is to show it
 let on = null;
@@ -54,13 +55,17 @@ export function post(files, options, taken = () => {}) {
   };
 }
 
+export const is_going = (id) => going.has(id);
+
 // It is being deleted: what is heard of that is no news, unless that is refused. deleted: a promise of it, which is given back.
 export async function forget(id, deleted) {
   const listened = stops.has(id), was_mine = mine.delete(id), upload = last?.id === id ? last : null;
+  going.add(id);
   stop_listening(id);
   if (upload) over(upload);
   else if (id === shown && !last) show_progress(null);
   await deleted.catch((error) => {
+    going.delete(id);
     if (was_mine) mine.add(id);
     if (upload) last ??= upload;
     if (listened && (was_mine || id === shown)) listen_to(id);

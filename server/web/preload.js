@@ -8,7 +8,6 @@ export const is_loaded = (tileset) => Boolean(tileset && tileset.tilesLoaded && 
 const kLongestPreload_ms = 60000;
 export function preloaded(tileset, scene, wanted) {
   tileset.preloadWhenHidden = true;
-  tileset.show = false;
   const end = Date.now() + kLongestPreload_ms;
   return new Promise((resolve) => {
     const look = () => {

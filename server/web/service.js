@@ -28,6 +28,17 @@ async function answered(response, words) {
   return body;
 }
 
+// The address of the tileset: with normal maps for the look that is shaded from them, where the service makes them. A folder of finished
+// tiles has the one kind that it was built with, and names no other whatever is asked for. Provisional tiles are gone before a map would
+// be worth its time.
+export async function tiles_of(base, { provisional }, shaded) {
+  const plain = `${base}/tileset.json`, lit = `${plain}?normals=texture`;
+  if (provisional || !shaded) return { url: plain, normal_maps: false };
+  const response = await ask(lit);
+  const normal_maps = response.ok && (await response.text()).includes(".glb?normals=texture");
+  return { url: normal_maps ? lit : plain, normal_maps };
+}
+
 // A list to choose from ends where nobody would look any more; an older dataset is reached by its link.
 const MOST_LISTED = 1000;
 export async function newest_datasets() {

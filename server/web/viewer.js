@@ -13,11 +13,11 @@ import { kPictures, kShadedRelief, Looks } from "./looks.js";
 import { is_loaded, preloaded } from "./preload.js";
 import { News } from "./news.js";
 import { hide_welcome, show_welcome } from "./sample.js";
-import { base_of, fetched_bytes, fetch_json, newest_datasets } from "./service.js";
+import { base_of, fetched_bytes, fetch_json, newest_datasets, tiles_of } from "./service.js";
 import { SeaLevel } from "./sea_level.js";
 import { snippets_for } from "./snippets.js";
 import { relief_light, tint_stops } from "./terrain_style.js";
-import { ask, asked_by_cesium, take_token } from "./token.js";
+import { asked_by_cesium, take_token } from "./token.js";
 import { Tools } from "./tools.js";
 import { tell } from "./unseen.js";
 import { take_files } from "./upload.js";
@@ -41,7 +41,7 @@ const first_look = () => panel.first_look_words(page.manifest, wanted.lazy);
 const home = () => (page.manifest ? fly_home(page.scene, page.manifest.bounds, panel.share_beside()) : show_earth(page.scene.camera));
 
 // on: the page, or a tileset that is still to be shown, with its looks.
-let look_problem = "", looks_chosen = 0;
+let look_problem = "", looks_chosen = 0, looks_coming = 0;
 async function apply_look(on = page) {
   const turn = ++looks_chosen;  // what an earlier choice is answered late is nobody's wish any more
   const choice = panel.look();
@@ -58,6 +58,7 @@ async function apply_look(on = page) {
     else panel.take_back(look_problem);
     look_problem = words;
   };
+  ++looks_coming;
   try {
     const about = await on.looks.show(choice.look, choice, say_of_look);
     if (turn === looks_chosen && about?.ramp) show_legend(legend_of(choice.look, about));
@@ -65,6 +66,8 @@ async function apply_look(on = page) {
     // A folder of finished tiles has pictures only if it was built with them; nobody asked for the first look.
     const expected = error.type === "urn:cordillera:problem:not-in-folder" && choice.look === "relief";
     if (!expected) say_of_look(String(error.message || error));
+  } finally {
+    --looks_coming;
   }
   if (turn === looks_chosen && on.looks.look === "height") show_legend(legend_of_tint(tint_stops(...on.looks.manifest.bounds.slice(4))));
   page.scene.requestRender();
@@ -94,17 +97,6 @@ function apply_controls(on = page) {
   page.scene.requestRender();
 }
 
-// The address of the tileset: with normal maps for the look that is shaded from them, where the service makes them. A folder of finished
-// tiles has the one kind that it was built with, and names no other whatever is asked for. Provisional tiles are gone before a map would
-// be worth its time.
-async function tiles_of(base, { provisional }) {
-  const plain = `${base}/tileset.json`, lit = `${plain}?normals=texture`;
-  if (provisional || panel.look().look !== kShadedRelief) return { url: plain, normal_maps: false };
-  const response = await ask(lit);
-  const normal_maps = response.ok && (await response.text()).includes(".glb?normals=texture");
-  return { url: normal_maps ? lit : plain, normal_maps };
-}
-
 // A folder or an archive of finished tiles that was built without 3D Tiles.
 function no_meshes(base) {
   panel.show_demos(base);
@@ -123,22 +115,16 @@ function await_terrain(bounds) {
 // Later answers of an earlier call must not take the place of a later one's.
 let showing = 0;
 
-let shows = 0;  // those that are on their way
-
 // words: what is said when it is shown.
 async function show_dataset(id, words = "") {
-  ++shows;
-  await show_tiles(id, words).finally(() => { --shows; });
-}
-async function show_tiles(id, words) {
   const base = base_of(id), turn = ++showing;
   const again = page.id === id;  // its other tiles take the place of those that are seen: neither flash nor flight
   if (!again) page.tilesLoaded = false;
   const manifest = await fetch_json(`${base}/manifest.json`, () => turn === showing);
   if (turn !== showing) return;
   begin_look(manifest.options?.imagery);
-  const { url, normal_maps } = await tiles_of(base, manifest);
-  const tileset = await Cesium.Cesium3DTileset.fromUrl(asked_by_cesium(url), { enablePick: true, enableDebugWireframe: true })
+  const { url, normal_maps } = await tiles_of(base, manifest, panel.look().look === kShadedRelief);
+  const tileset = await Cesium.Cesium3DTileset.fromUrl(asked_by_cesium(url), { show: !again, enablePick: true, enableDebugWireframe: true })
     .catch((error) => { throw error.statusCode === 404 ? no_meshes(base) : error; });
   if (turn !== showing) return tileset.destroy();
   page.scene.primitives.add(tileset);
@@ -146,11 +132,12 @@ async function show_tiles(id, words) {
   const looks = new Looks(page.scene, tileset, manifest, { base, normal_maps, on_failed: () => news.tell_of_picture(tileset).catch(report) });
   begin_look(manifest.options?.imagery, tileset.asset?.extras?.texture);
   begin_detail(looks);
-  apply_look({ looks });
+  const looked = apply_look({ looks });
   apply_controls({ tileset, looks });
   const same = page.version === wanted.version && !page.manifest?.provisional;
   if (again) {
     looks.lay_over(page.looks.laid);
+    await looked;  // tiles without their picture would count as loaded
     await preloaded(tileset, page.scene, () => turn === showing);
   }
   if (turn !== showing) return page.scene.primitives.remove(tileset);
@@ -171,10 +158,13 @@ async function show_tiles(id, words) {
   panel.say_state([words, first_look()].filter(Boolean).join(" "), words !== "");
 }
 
-// What is on its way to the page: of which dataset, and when that is over.
-const coming = { id: null, over: Promise.resolve() };
-function on_its_way(id, over) {
-  return Object.assign(coming, { id, over: over.catch(report) }).over;
+// What is on its way to the page: of which dataset, how many of such, and when the last one is over. What cannot be had is no news if somebody
+// has chosen another dataset since, or deletes this one.
+const coming = { id: null, left: 0, over: Promise.resolve() };
+function on_its_way(id, shown) {
+  ++coming.left;
+  const over = shown.catch((error) => { if (id === wanted.id && !builds.is_going(id)) report(error); }).finally(() => { --coming.left; });
+  return Object.assign(coming, { id, over }).over;
 }
 
 // What the address or the list names is shown, or waited for: nothing else takes its place until somebody chooses something else.
@@ -319,7 +309,7 @@ function watch_frames(scene) {
   });
   scene.postRender.addEventListener(() => {
     const { tileset } = page;
-    page.tilesLoaded = shows === 0 && is_loaded(tileset);
+    page.tilesLoaded = coming.left === 0 && looks_coming === 0 && is_loaded(tileset);
     if (placeholder && is_loaded(tileset)) await_terrain(null);
     if (tileset) panel.show_drawn(tileset.statistics.numberOfTrianglesSelected, fetched_bytes());
   });
@@ -341,10 +331,12 @@ const on_page = {
     const { look, imagery } = panel.look(), shaded = look === kShadedRelief, pictures = look in kPictures || (look === "imagery" && imagery);
     if (changed === "look") panel.fill_ramps([], "");
     if (changed === "look" && page.looks) begin_detail(page.looks);
-    // Other tiles, or pictures: CesiumJS would draw nothing of a tile until it has its picture.
-    if (page.manifest && !page.manifest.provisional && (pictures || (changed === "look" && shaded !== page.looks.normal_maps))) {
+    // Other tiles, or pictures: CesiumJS would draw nothing of a tile until it has its picture. What is on its way has the look of before.
+    const others = !page.manifest?.provisional && (pictures || (changed === "look" && shaded !== page.looks?.normal_maps));
+    const again = coming.left > 0 && wanted.id;
+    if (page.manifest && (others || again)) {
       write_link();
-      return on_its_way(page.id, show_dataset(page.id));
+      return again ? open(again) : on_its_way(page.id, show_dataset(page.id));
     }
     if (changed === "look" && page.tileset) apply_controls();
     write_link();

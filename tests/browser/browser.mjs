@@ -5,12 +5,12 @@ const kArguments = [
   "--headless", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update",
   "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist",
   "--disable-gpu-rasterization"];
-const kPatience_ms = 240000;
+export const kPatience_ms = 240000;
 const kQuietFrames = 5;
 
 // The browser for as long as the body runs: it ends with it, and with this process however that ends (its pipe to the browser closes).
 export async function with_browser(executablePath, body) {
-  const browser = await chromium.launch({ executablePath, args: kArguments });
+  const browser = await chromium.launch({ executablePath, args: kArguments, timeout: kPatience_ms });
   try {
     await body(browser);
   } finally {
@@ -18,15 +18,43 @@ export async function with_browser(executablePath, body) {
   }
 }
 
+// A page, waited for as long as a slow machine takes.
+export async function new_page(browser, { terrain_alone = false, ...how } = {}) {
+  const page = await browser.newPage({ viewport: { width: 320, height: 240 }, ...how });
+  page.setDefaultTimeout(kPatience_ms);
+  await page.addInitScript(remember_words);
+  if (terrain_alone) await page.addInitScript(hide_what_is_around);
+  return page;
+}
+
+// All that its line of words has said, however short a time: a slow page draws no frame meanwhile, and nobody who looks now and then sees it.
+function remember_words() {
+  window.said = [];
+  new MutationObserver((changes) => {
+    for (const { target, addedNodes } of changes) if (target.id === "message") window.said.push([...addedNodes].map(({ textContent }) => textContent).join(""));
+  }).observe(document, { childList: true, subtree: true });
+}
+export const was_said = (page, words) => page.waitForFunction((wanted) => window.said.some((one) => new RegExp(wanted).test(one)), words);
+
+// What the service makes when it is asked for, waited for beyond its own limit.
+export async function made(address) {
+  for (;;) {
+    const response = await fetch(address, { headers: { Prefer: "wait" } });
+    await response.arrayBuffer();
+    if (response.status !== 503) return response.status;
+  }
+}
+
 // Whatever a developer would see in red in the browser's tools, and every request that leaves the server.
 function collect_complaints(page, url) {
   const complaints = [];
+  // The page stops listening when a build is over, and gives up tiles and pictures that others have taken the place of.
+  const given_up = /\/events$|\/tiles\/|\/subtrees\/|\.png(\?|$)/;
   page.on("console", (message) => { if (message.type() === "error") complaints.push(message.text()); });
   page.on("pageerror", (error) => complaints.push(String(error)));
   page.on("requestfailed", (request) => {
     const why = request.failure()?.errorText;
-    const heard_all = request.url().endsWith("/events") && why === "net::ERR_ABORTED";  // the page stops listening when a build is over
-    if (!heard_all) complaints.push(`${request.url()}: ${why}`);
+    if (why !== "net::ERR_ABORTED" || !given_up.test(request.url())) complaints.push(`${request.url()}: ${why}`);
   });
   page.on("response", (response) => { if (response.status() >= 400) complaints.push(`${response.url()}: ${response.status()}`); });
   page.on("request", (request) => {
@@ -60,10 +88,8 @@ function hide_what_is_around() {
 }
 
 // A page of the server, as soon as it stands. asked: the addresses of its requests, as they come.
-export async function open_page(browser, url, { terrain_alone = false, ...how } = {}) {
-  const page = await browser.newPage({ viewport: { width: 450, height: 300 }, ...how });
-  if (terrain_alone) await page.addInitScript(hide_what_is_around);
-  page.setDefaultTimeout(kPatience_ms);
+export async function open_page(browser, url, how = {}) {
+  const page = await new_page(browser, { viewport: { width: 450, height: 300 }, ...how });
   const complaints = collect_complaints(page, new URL(url).origin), asked = [];
   page.on("request", (request) => asked.push(request.url()));
   await page.goto(url);
@@ -100,6 +126,9 @@ const draw_at = (page, scale) => page.evaluate((wanted) => {
   widget.resize();
 }, scale);
 
+// A picture that is laid on tiles which are loaded already takes frames, and CesiumJS draws nothing of such a tile meanwhile.
+const pictures_are_laid = (page) => page.evaluate(() => window.cordillera.tileset._selectedTiles.every(({ content }) => content?._model?._modelImagery.ready ?? true));
+
 // Loaded, and still so some frames later, the last of them with all pixels: a tileset learns what it lacks, and shows what it got, only as
 // frames and moments go by. Fails with the page's own words.
 export async function tiles_loaded(page) {
@@ -120,6 +149,6 @@ export async function tiles_loaded(page) {
     });
     if (error) throw new Error(`the viewer says: ${error}`);
     await some_frames(page);
-    quiet = loaded ? quiet + 1 : 0;
+    quiet = loaded && (await pictures_are_laid(page)) ? quiet + 1 : 0;
   }
 }

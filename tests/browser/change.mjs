@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 
-import { open_dataset, open_page, tiles_loaded } from "./browser.mjs";
+import { open_dataset, open_page, tiles_loaded, was_said } from "./browser.mjs";
 import { kSmall, kTiny } from "./controls.mjs";
 
 const said = (page, words) => page.waitForFunction((wanted) => new RegExp(wanted).test(document.getElementById("message").textContent), words);
@@ -76,8 +76,12 @@ export async function try_delete(page, url) {
 // Where there is no other one, the page is that of an empty service.
 export async function try_delete_of_last(browser, url) {
   const { page, complaints } = await open_page(browser, url, kTiny);
+  await page.waitForFunction(() => window.cordillera.manifest?.provisional === false);
   await tiles_loaded(page);  // tiles that are on their way would be missed
-  await page.evaluate(() => document.getElementById("delete").click());  // the panel is folded
+  await page.evaluate(() => {
+    Object.defineProperty(document, "visibilityState", { value: "hidden" });  // so would its version, for which the page asks now and then
+    document.getElementById("delete").click();  // the panel is folded
+  });
   await page.click("#deleting .danger");
   await page.waitForSelector("#welcome:not([hidden])");
   await said(page, "is deleted");
@@ -95,10 +99,9 @@ export async function try_delete_of_unfinished(browser, url, id) {
   await page.evaluate(() => document.getElementById("rename").click());  // the panel is folded
   await page.fill("#new-title", "Old hills");
   await page.keyboard.press("Enter");
-  await said(page, "^It has another title now\\. A first look");
+  await was_said(page, "^It has another title now\\. A first look");
   await page.evaluate(() => {
-    window.said = [];
-    new MutationObserver(([{ target }]) => window.said.push(target.textContent)).observe(document.getElementById("message"), { childList: true });
+    window.said.length = 0;
     document.getElementById("delete").click();  // the panel is folded
   });
   assert.equal(await page.textContent("#deleting-title"), "Delete “Old hills”?");
@@ -112,9 +115,13 @@ export async function try_delete_of_unfinished(browser, url, id) {
 // A build that was begun on the page can be cancelled there: the service forgets it, and the page goes back to what it showed before.
 export async function try_cancel(page, url, raster) {
   const before = await page.evaluate(() => window.cordillera.id);
-  // Something of it can be seen, and it is not over, however fast it is.
-  await page.route("**/events", (route) => route.fulfill({ contentType: "text/event-stream", body: ["progress", "tiles"].map((name) =>
-    `event: ${name}\ndata: ${JSON.stringify({ stage: "making tiles", share: 0.1, provisional: true, tiles: 1, levels: [{ level: 1 }] })}\n\n`).join("") }));
+  // It is not over, however fast it is, and something of it can be seen as soon as that is so.
+  await page.route("**/events", async (route) => {
+    const { state, provisional } = await (await fetch(route.request().url().replace(/\/events$/, ""))).json();
+    const told = { stage: "making tiles", share: 0.1, provisional: true, tiles: 1, levels: [{ level: 1 }] };
+    const names = provisional || state === "ready" ? ["progress", "tiles"] : ["progress"];
+    await route.fulfill({ contentType: "text/event-stream", body: names.map((name) => `event: ${name}\ndata: ${JSON.stringify(told)}\n\n`).join("") });
+  });
   // Its tiles come after the refusal below, which they leave where it is.
   let refused;
   const told = new Promise((then) => { refused = then; });
@@ -133,7 +140,12 @@ export async function try_cancel(page, url, raster) {
   await page.waitForFunction((wanted) => window.cordillera.id === wanted, id);
   assert.equal(await page.textContent("#message"), "This takes write.", "what is shown since has taken its place");
   await page.unroute(`**/v1/datasets/${id}`, refusal);
+  // Other tiles of it are on their way when it is deleted, and cannot be had.
+  const manifest = `${url}/v1/datasets/${id}/manifest.json`, missed = page.waitForResponse((response) => response.url() === manifest && response.status() === 404);
   const deleted = page.waitForResponse((response) => response.request().method() === "DELETE");
+  await page.route(manifest, (route) => deleted.then(() => route.fallback()));
+  await page.waitForRequest(manifest);
+  await page.evaluate(() => { window.said.length = 0; });
   await page.click("#cancel");
   assert.equal(await focused(page), "fold", "the focus went with the button");
   assert.ok((await deleted).url().endsWith(`/${id}`), "another dataset is deleted");
@@ -141,6 +153,8 @@ export async function try_cancel(page, url, raster) {
   assert.equal(await page.isVisible("#going"), false, "the progress is still there");
   await page.waitForFunction((wanted) => window.cordillera.id === wanted && document.getElementById("datasets").value === wanted, before);
   await page.waitForFunction(() => /cancelled, and it is deleted/.test(document.getElementById("message").textContent));
+  await (await missed).finished();
+  assert.deepEqual(await page.evaluate(() => window.said.filter((words) => words && !/cancelled, and it is deleted/.test(words))), [], "what it is missed for is said");
   assert.equal(new URL(page.url()).searchParams.get("dataset"), before, "the address names what is deleted");
   await page.close();
 }

@@ -4,7 +4,7 @@ import { readFileSync } from "node:fs";
 import { dirname } from "node:path";
 import { fileURLToPath } from "node:url";
 
-import { kTerrainAlone, open_dataset, open_page, some_frames, tiles_loaded } from "./browser.mjs";
+import { kTerrainAlone, open_dataset, open_page, some_frames, tiles_loaded, was_said } from "./browser.mjs";
 import { focused, hear, heard } from "./unseen.mjs";
 import { look_straight_down, mean_colour } from "./views.mjs";
 
@@ -33,9 +33,9 @@ export async function try_upload(browser, url, raster) {
   const id = await page.evaluate(() => document.getElementById("datasets").value);
   assert.ok(!before.includes(id), "the new dataset is not the one that is shown");
   await page.waitForFunction((wanted) => new URL(window.location.href).searchParams.get("dataset") === wanted, id);
+  for (const words of ["^sending part.tif, ", "^part.tif is ready"]) await heard(page, words);
   await tiles_loaded(page);
   assert.equal(await page.isHidden("#going"), true, "the progress is still there");
-  for (const words of ["^sending part.tif, ", "^part.tif is ready"]) await heard(page, words);
   assert.match(await page.textContent("#drawn"), /[1-9][\d,]* triangles on screen · [\d.]+ MB/);
   assert.deepEqual(complaints, [], "the browser complained");
   return page;
@@ -214,6 +214,7 @@ export async function try_pointer(page) {
   const read = async () => {
     const { width, height } = page.viewportSize();
     await page.click("#fold");  // the panel is not to be in the middle
+    await page.evaluate(() => { document.getElementById("place-error").textContent = ""; });  // of a place before
     await page.mouse.move(width / 2 - 1, height / 2);
     await page.mouse.move(width / 2, height / 2);
     await page.waitForFunction(() => /^± [\d.]+ m \(level \d+\)$/.test(document.getElementById("place-error").textContent));
@@ -309,6 +310,13 @@ export async function try_keys(page) {
   }
 }
 
+// What an element says from now on, one after the other: a list that the page fills.
+const words_of = (page, id) => page.evaluateHandle((one) => {
+  const element = document.getElementById(one), words = [];
+  new MutationObserver(() => words.push(element.textContent)).observe(element, { childList: true });
+  return words;
+}, id);
+
 export async function try_snippets(page, url, id) {
   await page.click("#clients summary");
   const count = await page.$$eval("#client option", (options) => options.length);
@@ -317,11 +325,12 @@ export async function try_snippets(page, url, id) {
     assert.ok((await page.textContent("#snippet")).includes(`${url}/v1/datasets/${id}`), `snippet ${k} has another address`);
   }
   await page.evaluate(() => Object.defineProperty(navigator, "clipboard", { value: undefined }));  // as over http from another machine
+  const words = await words_of(page, "copy-snippet");
   await page.click("#copy-snippet");
-  await page.waitForFunction(() => document.getElementById("copy-snippet").textContent === "copied");
+  await page.waitForFunction((all) => all.join() === "copied,Copy", words);
   await page.evaluate(() => { document.execCommand = () => false; });
   await page.click("#link");
-  await page.waitForFunction(() => /does not let this page copy/.test(document.getElementById("message").textContent));
+  await was_said(page, "does not let this page copy");
 }
 
 async function try_profile_by_touch(page) {

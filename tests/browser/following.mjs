@@ -2,15 +2,12 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 
-import { open_dataset, open_page } from "./browser.mjs";
+import { made, new_page, open_dataset, open_page, some_frames, tiles_loaded, was_said } from "./browser.mjs";
 import { kTiny } from "./controls.mjs";
 
 const shows = (page, id) => page.waitForFunction((wanted) => window.cordillera?.id === wanted, id);
 const named = (page) => page.evaluate(() => new URL(window.location.href).searchParams.get("dataset"));
 const choose = (page, id) => page.selectOption("#datasets", id, { force: true });  // the panel is folded
-
-// The page wants no tiles any more that others have taken the place of, as they do again and again while a dataset is made.
-const is_given_up = (complaint) => /\/tiles\/.*: net::ERR_ABORTED$/.test(complaint);
 
 // One that is ready is shown while another is being built, by link and by the list. Gives what is to be called when that build is over.
 export async function try_choice(browser, url, { held, terrain }) {
@@ -28,24 +25,56 @@ export async function try_choice(browser, url, { held, terrain }) {
   await page.waitForSelector("#going", { state: "hidden" });
   return async () => {
     assert.deepEqual([await named(page), await page.evaluate(() => window.cordillera.id)], [terrain, terrain], "another dataset took its place");
-    assert.deepEqual(complaints.filter((one) => !is_given_up(one)), [], "the browser complained");
+    assert.deepEqual(complaints, [], "the browser complained");
     await page.close();
   };
+}
+
+// Somebody chooses a dataset, and looks while it is on its way: the last of each is what is seen, however late the service answers.
+export async function try_last_choice(browser, url, { terrain, other }) {
+  const { page, complaints } = await open_dataset(browser, url, terrain, kTiny), look = (name) => page.selectOption("#look", name, { force: true });
+  const hold = async (address) => {
+    let answer;
+    const answered = new Promise((then) => { answer = then; }), asked = page.waitForRequest(address);
+    await page.route(address, (route) => answered.then(() => route.fallback()), { times: 1 });
+    return { asked, answer };
+  };
+  const tileset = await hold(`${url}/v1/datasets/${other}/tileset.json`);
+  await choose(page, other);
+  await tileset.asked;
+  await look("slope");
+  await look("levels");
+  tileset.answer();
+  await shows(page, other);
+  await tiles_loaded(page);
+  assert.deepEqual([await page.evaluate(() => window.cordillera.looks.look), await named(page)], ["levels", other]);
+
+  const picture = await hold(`${url}/v1/datasets/${other}/slope.json`);
+  await page.evaluate(() => { window.before = window.cordillera.tileset; });
+  await look("slope");
+  await picture.asked;
+  for (let k = 0; k < 10; ++k) await some_frames(page);
+  assert.equal(await page.evaluate(() => window.cordillera.tileset === window.before), true, "tiles without their picture take the place of others");
+  await look("plain");
+  picture.answer();
+  await tiles_loaded(page);
+  assert.equal(await page.evaluate(() => window.cordillera.looks.look), "plain", "a look of before has come late");
+  assert.deepEqual(complaints, [], "the browser complained");
+  await page.close();
 }
 
 // It says how much is made, without a bar that never ends, and sharpens where the camera goes; a link that differs in the camera moves it.
 export async function try_lazy(browser, url, id) {
   const { page, complaints } = await open_page(browser, `${url}/?dataset=${id}`, kTiny);
-  const said = (words) => page.waitForFunction((wanted) => new RegExp(wanted).test(document.getElementById("message").textContent), words);
-  await said("made where you look. 0 %");
+  await was_said(page, "made where you look. 0 %");
   assert.equal(await page.isVisible("#going"), false, "a bar waits for an end that nobody knows");
   const tiles = await page.evaluate(() => window.cordillera.manifest.tiles);
   await page.evaluate(() => { window.location.hash = "-71.3,44.27,4000,0,-89"; });
   await page.waitForFunction(() => Math.abs(window.cordillera.scene.camera.positionCartographic.height - 4000) < 1);
   await page.waitForFunction((before) => window.cordillera.manifest.tiles > before, tiles);
-  await said("made where you look. [1-9]\\d* %");
+  await was_said(page, "made where you look. [1-9]\\d* %");
   assert.equal(await named(page), id);
-  assert.deepEqual(complaints.filter((one) => !is_given_up(one)), [], "the browser complained");
+  assert.deepEqual(complaints, [], "the browser complained");
   await page.close();
 }
 
@@ -62,7 +91,7 @@ export async function try_interrupted(browser, url, id) {
   const tiles = await page.evaluate(() => window.cordillera.manifest.tiles);
   const { bounds: [west, south], done_blocks: { level } } = await (await fetch(`${at}/manifest.json`)).json(), side = 180 / 2 ** level;
   const corner = `${Math.floor((west + 180) / side)}/${Math.floor((south + 90) / side)}`;  // where nobody has looked
-  assert.equal((await fetch(`${at}/tiles/${level}/${corner}.drc`, { headers: { Prefer: "wait" } })).status, 200);
+  assert.equal(await made(`${at}/tiles/${level}/${corner}.drc`), 200);
   await page.waitForFunction((before) => window.cordillera.manifest.tiles > before, tiles);
   assert.equal(refused, 1, "no proxy has answered (control)");
   await page.close();
@@ -70,7 +99,7 @@ export async function try_interrupted(browser, url, id) {
 
 // One that is asleep is read, which wakes it, and waited for. The service's answers for that are put in the place of those of one that is ready.
 export async function try_asleep(browser, url, id) {
-  const page = await browser.newPage(kTiny), at = `${url}/v1/datasets/${id}`, once = { times: 1 };
+  const page = await new_page(browser, kTiny), at = `${url}/v1/datasets/${id}`, once = { times: 1 };
   let refused = 0;
   await page.route(at, async (route) => {
     const json = await (await route.fetch()).json();

@@ -8,7 +8,7 @@ import { parseArgs } from "node:util";
 import { kTerrainAlone, open_dataset, with_browser } from "./browser.mjs";
 import { kSmall, try_bad_upload, try_draft, try_folder, try_imagery, try_keys, try_link, try_link_of_controls, try_looks, try_phone, try_pointer, try_profile, try_refusals, try_sample, try_snippets, try_upload } from "./controls.mjs";
 import { try_cancel, try_delete, try_delete_of_last, try_delete_of_unfinished, try_mounted, try_rename } from "./change.mjs";
-import { try_asleep, try_choice, try_deleted, try_interrupted, try_lazy, try_new_version } from "./following.mjs";
+import { try_asleep, try_choice, try_deleted, try_interrupted, try_last_choice, try_lazy, try_new_version } from "./following.mjs";
 import { try_live } from "./live.mjs";
 import { try_credits, try_failed_uploads, try_folding, try_low_window } from "./panel.mjs";
 import { try_relief, try_relief_of_folder } from "./relief.mjs";
@@ -164,6 +164,7 @@ await with_browser(given.chromium, async (browser) => {
   await check("choice: what somebody chose stays, and its build is listened to", async () => { still_chosen = await try_choice(browser, given.url, { held: given.held, terrain: given.terrain }); });
   await check("live: final tiles take the place of provisional ones without a flash", () => try_live(browser, given.url, given.held, Number(given.job)));
   await check("choice: it stays when the build of another one is done", () => still_chosen());
+  await check("choice: the last dataset and the last look are seen, however late they come", () => try_last_choice(browser, given.url, { terrain: given.terrain, other: given.flat }));
   await check("lazy: says how much is made, and sharpens where somebody looks", () => try_lazy(browser, given["lazy-url"], given.lazy));
   await check("lazy: is listened to again after a proxy has answered for the service", () => try_interrupted(browser, given["lazy-url"], given.lazy));
   await check("delete: of what is being built is told as such", () => try_delete_of_unfinished(browser, given["lazy-url"], given.lazy));

@@ -2,7 +2,7 @@
 // that is enlarged to four times its size.
 import assert from "node:assert/strict";
 
-import { kTerrainAlone, open_page } from "./browser.mjs";
+import { kTerrainAlone, open_page, some_frames } from "./browser.mjs";
 import { look_straight_down } from "./views.mjs";
 
 export const focused = (page) => page.evaluate(() => document.activeElement.id);
@@ -91,6 +91,7 @@ export async function try_zoomed(page) {
   const before = page.viewportSize();
   await page.setViewportSize({ width: 320, height: 256 });
   await page.click("#fold");
+  await some_frames(page);  // the foot follows the panel
   const outside = await page.evaluate(() => {
     const out = [];
     for (const [card, ends] of Object.entries({ profile: ["profile-chart", "profile-close"], viewshed: ["viewshed-eye", "viewshed-radius", "viewshed-close"], welcome: ["sample", "choose"] })) {
@@ -129,7 +130,7 @@ export async function try_token(browser, url) {
   const use = (token) => page.evaluate((words) => { document.getElementById("token").value = words; document.querySelector("#token-form button").click(); }, token);
   await page.evaluate(() => { document.getElementById("options").open = true; window.same = true; });
   await page.setInputFiles("#file", { name: "north.tif", mimeType: "image/tiff", buffer: Buffer.from("no raster") });
-  await page.waitForFunction(() => document.getElementById("draft-files").textContent === "north.tif");
+  await page.waitForFunction(() => document.getElementById("draft-files").textContent === "north.tif" && document.getElementById("estimate").className === "problem");
   await page.fill("#token", "mine");
   await page.press("#token", "Tab");  // to leave the field is no wish
   assert.equal(await page.evaluate(() => sessionStorage.getItem("cordillera-token")), null);

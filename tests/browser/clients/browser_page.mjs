@@ -1,7 +1,6 @@
 // A client's page in the browser: what it asked for, what it complained about, when it is done, what its picture shows.
-import { some_frames } from "../browser.mjs";
+import { kPatience_ms, new_page, some_frames } from "../browser.mjs";
 
-const kPatience_ms = 240000;
 const kGivenUp = "net::ERR_ABORTED";  // by the client itself: the camera went on before the tile was there
 const kQuietPolls = 5;
 const kMagentaOver = 60;  // red and blue over green; terrain is drawn in white, grey and earth colours
@@ -29,8 +28,7 @@ function watch(page, origins) {
 
 // started: what is true on the page once it stands; prepare(page) is called before it is opened.
 export async function open_client(browser, url, origins, { started = () => Boolean(globalThis.client), prepare } = {}) {
-  const page = await browser.newPage({ viewport: { width: 320, height: 240 } });
-  page.setDefaultTimeout(kPatience_ms);
+  const page = await new_page(browser);
   const seen = watch(page, origins);
   await prepare?.(page);
   await page.goto(url);

@@ -4,6 +4,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { extname, join } from "node:path";
 
+import { made, new_page, tiles_loaded } from "../browser.mjs";
 import { come_to, open_client, picture_of } from "./browser_page.mjs";
 
 export const kDemoPages = ["leaflet", "openlayers", "maplibre", "threejs", "deckgl", "cesium"];
@@ -82,7 +83,7 @@ export async function try_qgis_page({ browser, url, id, modules }) {
 
 // A private dataset: the page asks for the token, keeps it for the tab, and shows the terrain.
 export async function try_private_page({ browser, url, id, token, modules }) {
-  const page = await browser.newPage({ viewport: { width: 320, height: 240 } });
+  const page = await new_page(browser);
   await serve_libraries(page, modules);
   await page.goto(`${url}/v1/datasets/${id}/demo/leaflet.html`);
   await page.waitForFunction(() => !document.getElementById("token").hidden);
@@ -99,7 +100,7 @@ export async function try_private_imagery({ browser, url, id, other, token }) {
   const headers = { Authorization: `Bearer ${token}` }, of = (dataset) => `${url}/v1/datasets/${dataset}/slope/{z}/{x}/{y}.png`;
   for (const [imagery, shown_token] of [[of(id), headers.Authorization], [of(other), undefined]]) {
     assert.equal((await fetch(`${url}/v1/datasets/${id}?imagery=${encodeURIComponent(imagery)}`, { method: "PATCH", headers })).status, 200);
-    const page = await browser.newPage({ viewport: { width: 320, height: 240 } });
+    const page = await new_page(browser);
     await page.addInitScript((mine) => sessionStorage.setItem("cordillera-token", mine), token);
     const picture = page.waitForResponse((response) => response.url().startsWith(imagery.split("{")[0]));
     await page.goto(`${url}/?dataset=${id}`);
@@ -115,7 +116,7 @@ export async function try_private_imagery({ browser, url, id, other, token }) {
 const kElsewhere = "http://elsewhere.test/";
 export async function try_foreign_tiles({ browser, url, id, token, modules }) {
   for (const address of [`${url}/?dataset=${id}`, `${url}/v1/datasets/${id}/demo/cesium.html`, `${url}/v1/datasets/${id}/demo/threejs.html`]) {
-    const page = await browser.newPage({ viewport: { width: 320, height: 240 } });
+    const page = await new_page(browser);
     await serve_libraries(page, modules);
     await page.addInitScript((mine) => sessionStorage.setItem("cordillera-token", mine), token);
     await page.route(/\/tileset(-explicit)?\.json/, async (route) => {
@@ -214,7 +215,8 @@ export async function try_following_pages({ browser, url, id, job, modules }) {
 // the places that lie at these shares of its width.
 const kLooks = [0.2, 0.8];
 export async function try_lazy_page({ browser, url, id, modules }) {
-  let hear, asked = 0;
+  const at = `${url}/v1/datasets/${id}`;
+  let hear, asked = 0, read = {};  // the manifest that the page has read last
   const heard = new Promise((then) => { hear = then; });
   const answer = (route) => (asked++ === 0 ? route.fulfill({ contentType: "text/event-stream", body: "" }) : route.continue());  // the first breaks off
   const opened = await open_client(browser, `${url}/v1/datasets/${id}/demo/leaflet.html`, [url, kLibraryHost], {
@@ -222,16 +224,16 @@ export async function try_lazy_page({ browser, url, id, modules }) {
     prepare: async (page) => {
       await serve_libraries(page, modules);
       await page.route("**/events", (route) => heard.then(() => answer(route)));
+      page.on("response", async (response) => { if (response.url() === `${at}/manifest.json`) read = await response.json().catch(() => read); });
     } });
   assert.match(await opened.page.textContent("#message"), /made where you look/, "before the first event, too");
   hear();
-  const { page, answered } = opened, at = `${url}/v1/datasets/${id}`, read = () => answered.filter((one) => one === `${at}/manifest.json`).length;
+  const { page } = opened, has_read = (column, row) => read.done_blocks?.x?.some((x, k) => x === column && read.done_blocks.y[k] === row);
   const { bounds: [west, south, east, north], done_blocks: { level } } = await (await fetch(`${at}/manifest.json`)).json(), side = 180 / 2 ** level;
   for (const across of kLooks) {
-    const before = read(), x = Math.floor((west + across * (east - west) + 180) / side), y = Math.floor(((south + north) / 2 + 90) / side);
-    const look = await fetch(`${at}/tiles/${level}/${x}/${y}.drc`, { headers: { Prefer: "wait=60" } });
-    assert.equal(look.status, 200);
-    await come_to(opened, () => read() > before, "the page does not show the block");
+    const x = Math.floor((west + across * (east - west) + 180) / side), y = Math.floor(((south + north) / 2 + 90) / side);
+    assert.equal(await made(`${at}/tiles/${level}/${x}/${y}.drc`), 200);
+    await come_to(opened, () => has_read(x, y), "the page does not show the block");
   }
   await page.waitForFunction(() => / made where you look\. [1-9]\d* % /.test(document.getElementById("message").textContent));
   assert.deepEqual(opened.complaints, [], "the browser complained");
@@ -260,7 +262,7 @@ export async function try_folder_page({ browser, plain, modules, pictures }) {
 // Where the library's host cannot be reached, pages say so.
 export async function try_without_libraries({ browser, url, id, plain }) {
   for (const address of [`${plain}/`, `${url}/v1/datasets/${id}/demo/maplibre.html`, `${url}/v1/datasets/${id}/demo/leaflet.html`]) {
-    const page = await browser.newPage({ viewport: { width: 320, height: 240 } });
+    const page = await new_page(browser);
     await page.route(`${kLibraryHost}/**`, (route) => route.abort());
     await page.goto(address);
     await page.waitForFunction(() => document.getElementById("message").textContent.includes("cdn.jsdelivr.net"));
@@ -270,9 +272,9 @@ export async function try_without_libraries({ browser, url, id, plain }) {
 }
 
 export async function try_folder_view({ browser, viewer }) {
-  const page = await browser.newPage({ viewport: { width: 320, height: 240 } });
+  const page = await new_page(browser);
   await page.goto(viewer);
-  await page.waitForFunction(() => window.cordillera?.tileset?.statistics.numberOfTilesWithContentReady > 0 || window.cordillera?.error);
+  await tiles_loaded(page);
   const { error, look } = await page.evaluate(() => ({ error: window.cordillera.error, look: window.cordillera.looks.look }));
   assert.equal(error, null);
   assert.equal(look, "height");
@@ -291,7 +293,7 @@ export async function try_archive_view({ browser, viewer, modules, pictures }) {
   assert.ok(deviation > kLeastSpread, `there is no terrain: shades deviate by ${deviation.toFixed(1)} of 255`);
   assert.deepEqual(opened.complaints, [], "the browser complained");
   await opened.page.close();
-  const page = await browser.newPage({ viewport: { width: 320, height: 240 } });
+  const page = await new_page(browser);
   await page.goto(`${origin}/?dataset=dem`);
   await page.waitForFunction(() => window.cordillera?.error);
   assert.match(await page.textContent("#message"), /no 3D Tiles/);
