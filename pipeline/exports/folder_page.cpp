@@ -78,6 +78,15 @@ try {
   const look = { maximumScreenSpaceError: 2, customShader: imagery || photo ? undefined : tint };
   const tileset = await Cesium3DTileset.fromUrl("tileset.json", look);
   if (imagery) {
+    // They reach the rims of tiles, as in the viewer (tile_rims.js), through a class that CesiumJS does not document.
+    const stage = Cesium.ImageryPipelineStage, made = stage?._createImageryUniforms;
+    const beyond = ({ x, y, z, w }) =>
+        new Cesium.Cartesian4(x > 1e-4 ? x : -1, y > 1e-4 ? y : -1, z < 1 - 1e-4 ? z : 2, w < 1 - 1e-4 ? w : 2);
+    if (made) stage._createImageryUniforms = (inputs) => {
+      const uniforms = made.call(stage, inputs);
+      uniforms.imageryTextureCoordinateRectangle = uniforms.imageryTextureCoordinateRectangle.map(beyond);
+      return uniforms;
+    };
     const tiles = new Cesium.UrlTemplateImageryProvider({ url: imagery, rectangle: outline });
     tileset.imageryLayers.add(new ImageryLayer(tiles));
   }

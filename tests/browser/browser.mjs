@@ -45,6 +45,10 @@ export async function made(address) {
   }
 }
 
+// Pictures of one colour, in the place of those at an address: what they do not cover is seen.
+const kBlack = Buffer.from("iVBORw0KGgoAAAANSUhEUgAAAAgAAAAICAIAAABLbSncAAAADElEQVR42mNgGB4AAADIAAGTvaWOAAAAAElFTkSuQmCC", "base64");
+export const make_black = (page, address) => page.route(address, (route) => route.fulfill({ contentType: "image/png", body: kBlack }));
+
 // Whatever a developer would see in red in the browser's tools, and every request that leaves the server.
 function collect_complaints(page, url) {
   const complaints = [];

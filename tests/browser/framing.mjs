@@ -1,9 +1,9 @@
 // Where the camera is put, and what is seen when one picture takes the place of another.
 import assert from "node:assert/strict";
 
-import { tiles_loaded } from "./browser.mjs";
+import { make_black, new_page, tiles_loaded } from "./browser.mjs";
 import { draw, seen, watch_frames } from "./live.mjs";
-import { crack_share, darkest_below_mean, look_straight_down, luminance_deviation } from "./views.mjs";
+import { crack_share, darkest_below_mean, lightest_above_mean, look_straight_down, luminance_deviation, mean_colour } from "./views.mjs";
 
 const shown = (page, id) => page.waitForFunction((wanted) => window.cordillera.id === wanted && document.getElementById("datasets").value === wanted, id);
 
@@ -37,6 +37,28 @@ export async function try_antimeridian(page, before, across) {
   assert.ok((await seen(page)).bare > 0, "a frame without terrain is not noticed (control)");
   await page.goBack();
   await shown(page, before);
+}
+
+// Pictures reach the rims of tiles on the page for CesiumJS, too, which is looked at as the viewer is. Rims lie askew to pixels.
+export async function try_rims_of_demo(browser, url, id) {
+  const page = await new_page(browser, { viewport: { width: 160, height: 120 } });  // sky and globe are drawn all the time
+  await make_black(page, "**/relief/**");
+  await page.goto(`${url}/v1/datasets/${id}/demo/cesium.html`);
+  await page.waitForFunction(() => globalThis.demo);
+  await page.evaluate(async (manifest) => {
+    const { widget } = globalThis.demo, { scene } = widget;
+    scene.globe.show = false;  // it takes most of the time
+    const all = Array.from({ length: scene.primitives.length }, (_, k) => scene.primitives.get(k));
+    const tileset = all.find((one) => one instanceof window.Cesium.Cesium3DTileset);
+    window.cordillera = { widget, scene, tileset, manifest: await (await fetch(manifest)).json(), error: null, get tilesLoaded() { return tileset.tilesLoaded; } };
+  }, `${url}/v1/datasets/${id}/manifest.json`);
+  const samples = await page.evaluate(() => window.cordillera.scene.msaaSamples);
+  assert.ok(samples > 1, "it has one sample a pixel");
+  await look_straight_down(page, { share: 0.7, error_px: 0.5, heading: 0.3 });
+  await page.evaluate((count) => { window.cordillera.scene.msaaSamples = count; }, samples);
+  assert.ok((await mean_colour(page)).every((channel) => channel < 4), "there are no pictures");
+  assert.ok((await lightest_above_mean(page)) < 4, "the rims of tiles have no picture");
+  await page.close();
 }
 
 // How much of the window's width and height the data's box takes, -1 to 1.

@@ -12,7 +12,7 @@ import { try_asleep, try_choice, try_deleted, try_interrupted, try_last_choice, 
 import { try_live } from "./live.mjs";
 import { try_credits, try_failed_uploads, try_folding, try_low_window } from "./panel.mjs";
 import { try_relief, try_relief_of_folder } from "./relief.mjs";
-import { try_antimeridian, try_frame, try_turns } from "./framing.mjs";
+import { try_antimeridian, try_frame, try_rims_of_demo, try_turns } from "./framing.mjs";
 import { try_contrast, try_docs, try_heights_by_keys, try_ring, try_token, try_zoomed } from "./unseen.mjs";
 import { try_viewshed } from "./viewshed.mjs";
 import { crack_share, heights_at, load_everything, luminance_deviation, look_straight_down, set_background } from "./views.mjs";
@@ -141,6 +141,7 @@ async function use_controls(browser) {
   await check_if(all, "controls: a phone, in light colours", () => try_phone(browser, given.url, given.terrain, `${given.pictures}/phone.png`));
   await check("welcome: an empty service opens the sample", () => try_sample(browser, given.empty));
   await check("credits: an attribution is text, whatever it has of HTML", () => try_credits(browser, given.url, given.flat));
+  await check("pictures: reach the rims of tiles on the page for CesiumJS", () => try_rims_of_demo(browser, given.url, given.terrain));
   await check_if(all, "imagery: pictures that a dataset names are its first look", () => try_imagery(browser, given.url, given.flat, given.terrain));
   await check("delete: of the only dataset leaves the empty service", () => try_delete_of_last(browser, given.empty));
   await check("rename, delete: a dialog says what becomes of the dataset that is shown, by keys alone", async () => {

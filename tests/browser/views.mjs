@@ -59,7 +59,7 @@ function measure(page, kind) {
     const context = flat.getContext("2d");
     context.drawImage(scene.canvas, 0, 0);
     const { data } = context.getImageData(0, 0, flat.width, flat.height);
-    let magenta = 0, sum = 0, squares = 0, darkest = 255;
+    let magenta = 0, sum = 0, squares = 0, darkest = 255, lightest = 0;
     const pixels = data.length / 4;
     for (let i = 0; i < data.length; i += 4) {
       const [red, green, blue] = [data[i], data[i + 1], data[i + 2]];
@@ -68,16 +68,19 @@ function measure(page, kind) {
       sum += light;
       squares += light * light;
       darkest = Math.min(darkest, light);
+      lightest = Math.max(lightest, light);
     }
     const mean = sum / pixels;
     if (wanted === "colour") return [0, 1, 2].map((k) => data.reduce((total, value, i) => (i % 4 === k ? total + value : total), 0) / pixels);
     if (wanted === "darkest") return mean - darkest;
+    if (wanted === "lightest") return lightest - mean;
     return wanted === "cracks" ? magenta / pixels : Math.sqrt(Math.max(squares / pixels - mean * mean, 0));
   }, kind);
 }
 export const mean_colour = (page) => measure(page, "colour");
 export const crack_share = (page) => measure(page, "cracks");
 export const darkest_below_mean = (page) => measure(page, "darkest");
+export const lightest_above_mean = (page) => measure(page, "lightest");
 export const luminance_deviation = (page) => measure(page, "luminance");
 
 // Ellipsoidal heights of the loaded surface, by intersecting its triangles with the ellipsoid's normal; null where there is none.

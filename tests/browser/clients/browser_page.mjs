@@ -62,7 +62,7 @@ export async function look_down(opened, view) {
   return settle(opened);
 }
 
-// Shares and spread of colours in what is on the screen now; kept as a file too if it is given a name.
+// Shares and spread of colours in what is on the screen now, and the most green of a pixel; kept as a file too if it is given a name.
 export async function picture_of({ page }, path) {
   const png = await page.locator("#map").screenshot({ path });
   return page.evaluate(async ({ base64, over }) => {
@@ -73,15 +73,16 @@ export async function picture_of({ page }, path) {
     const context = canvas.getContext("2d");
     context.drawImage(image, 0, 0);
     const { data } = context.getImageData(0, 0, canvas.width, canvas.height);
-    let magenta = 0, sum = 0, squares = 0;
+    let magenta = 0, greenest = 0, sum = 0, squares = 0;
     for (let i = 0; i < data.length; i += 4) {
       const [red, green, blue] = [data[i], data[i + 1], data[i + 2]];
       if (red - green > over && blue - green > over) ++magenta;
+      greenest = Math.max(greenest, green);
       const light = 0.2126 * red + 0.7152 * green + 0.0722 * blue;
       sum += light;
       squares += light * light;
     }
     const pixels = data.length / 4, mean = sum / pixels;
-    return { magenta: magenta / pixels, deviation: Math.sqrt(Math.max(squares / pixels - mean * mean, 0)) };
+    return { magenta: magenta / pixels, greenest, deviation: Math.sqrt(Math.max(squares / pixels - mean * mean, 0)) };
   }, { base64: png.toString("base64"), over: kMagentaOver });
 }

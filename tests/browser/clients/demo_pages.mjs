@@ -4,8 +4,8 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { extname, join } from "node:path";
 
-import { made, new_page, tiles_loaded } from "../browser.mjs";
-import { come_to, open_client, picture_of } from "./browser_page.mjs";
+import { made, make_black, new_page, tiles_loaded } from "../browser.mjs";
+import { come_to, open_client, picture_of, settle } from "./browser_page.mjs";
 
 export const kDemoPages = ["leaflet", "openlayers", "maplibre", "threejs", "deckgl", "cesium"];
 export const kLibraryHost = "https://cdn.jsdelivr.net";
@@ -257,6 +257,38 @@ export async function try_folder_page({ browser, plain, modules, pictures }) {
   assert.deepEqual(opened.complaints, [], "the browser complained");
   await opened.page.close();
   return `shades deviate by ${deviation.toFixed(1)} of 255`;
+}
+
+// Where the folder was built with pictures they reach the rims of tiles: from above, and without light, there is nothing but black.
+export async function try_folder_pictures({ browser, plain, modules, pictures }) {
+  const opened = await open_client(browser, `${plain}/`, [plain, kLibraryHost], {
+    started: () => document.body.dataset.tiles === "final",
+    prepare: async (page) => {
+      await serve_libraries(page, modules);
+      await make_black(page, `${plain}/pictures/**`);
+      await page.route("**/manifest.json", async (route) => {
+        const json = await (await route.fetch()).json();
+        await route.fulfill({ json: { ...json, options: { ...json.options, imagery: `${plain}/pictures/{z}/{x}/{y}.png` } } });
+      });
+      await page.addInitScript(() => document.addEventListener("load", ({ target }) => {
+        if (!target.src?.endsWith("/Cesium.js")) return;
+        const { Cesium3DTileset, CustomShader, LightingModel } = window.Cesium, { fromUrl } = Cesium3DTileset;
+        Cesium3DTileset.fromUrl = async (url, how) => {
+          const tileset = await fromUrl.call(Cesium3DTileset, url, { ...how, customShader: new CustomShader({ lightingModel: LightingModel.UNLIT }) });
+          window.client = { settled: () => tileset.tilesLoaded, tiles: () => tileset.statistics.selected };
+          return tileset;
+        };
+      }, true));
+    } });
+  const { page } = opened;
+  await page.addStyleTag({ content: "#words, .cesium-widget-credits, #map::after { display: none; }" });
+  await page.focus("#map");
+  for (const [key, times] of [["+", 10], ["PageDown", 7]]) for (let k = 0; k < times; ++k) await page.keyboard.press(key);
+  const tiles = await settle(opened), { greenest } = await picture_of(opened, `${pictures}/folder-pictures.png`);
+  assert.ok(tiles > 1 && greenest < kLeastSpread, `of ${tiles} tiles, some rim has no picture: ${greenest} of 255`);
+  assert.deepEqual(opened.complaints, [], "the browser complained");
+  await page.close();
+  return `pictures on ${tiles} tiles leave ${greenest} of 255`;
 }
 
 // Where the library's host cannot be reached, pages say so.

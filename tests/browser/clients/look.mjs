@@ -9,7 +9,7 @@ import { with_browser } from "../browser.mjs";
 import { open_client } from "./browser_page.mjs";
 import { bundle_all } from "./bundles.mjs";
 import { kHeightTolerance_m } from "./checks.mjs";
-import { kDemoPages, try_demo_page, try_archive_view, try_folder_page, try_folder_view, try_following_pages, try_foreign_tiles, try_imagery_pages, try_lazy_page, try_private_imagery, try_private_page, try_qgis_page, try_without_libraries } from "./demo_pages.mjs";
+import { kDemoPages, try_demo_page, try_archive_view, try_folder_page, try_folder_pictures, try_folder_view, try_following_pages, try_foreign_tiles, try_imagery_pages, try_lazy_page, try_private_imagery, try_private_page, try_qgis_page, try_without_libraries } from "./demo_pages.mjs";
 import { kArchiveBlocks, kBrowserClients, kMeshBlocks, kTilesetBlocks } from "./clients.mjs";
 import { try_archive_block, try_mesh_block, try_drc_program, try_tileset_block } from "./node_clients.mjs";
 import { start_page_server } from "./page_server.mjs";
@@ -69,6 +69,7 @@ async function run_demo_pages(shared) {
   if (among("live")) await run("demo-live", () => try_following_pages({ ...shared, id: given.held, job: Number(given.job) }));
   if (among("lazy")) await run("demo-lazy", () => try_lazy_page({ ...shared, url: given["lazy-url"], id: given.lazy }));
   if (wanted({ name: "folder-page" })) await run("folder-page", () => try_folder_page({ ...shared, plain: given.plain }));
+  if (wanted({ name: "folder-pictures" })) await run("folder-pictures", () => try_folder_pictures({ ...shared, plain: given.plain }));
   if (wanted({ name: "archive-view" })) await run("archive-view", () => try_archive_view({ ...shared, viewer: given.viewer }));
   if (wanted({ name: "folder-view" })) await run("folder-view", () => try_folder_view({ ...shared, viewer: given.viewer }));
   if (among("imagery")) await run("demo-imagery", () => try_imagery_pages({ ...shared, id: given.private, other: given.terrain, token: given.token }));
