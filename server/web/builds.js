@@ -32,8 +32,8 @@ export function stay() {
 // Whether the page is to show it although it shows something else.
 export const goes_to = (id) => last?.id === id && last.goes;
 
-// Posts them. Of several posts the page goes to the last one. taken(): the service has them.
-export function post(files, options, taken = () => {}) {
+// Posts them. Of several posts the page goes to the last one. taken(): the service has them; wait(): it wants a token first.
+export function post(files, options, { taken, wait }) {
   const upload = (last = { id: null, name: files[0].name, goes: true, cancel: null });
   const give_up = post_rasters(files, options, {
     progress: (share, words) => { if (upload === last) show_progress(share, words, upload.cancel); },
@@ -43,9 +43,10 @@ export function post(files, options, taken = () => {}) {
       mine.add(id);
       listen_to(id);
     },
-    failed: (words) => {
+    failed: (words, wants_token) => {
       over(upload);
       on.failed(words);
+      if (wants_token) wait();
     },
   });
   upload.cancel = () => {

@@ -12,8 +12,8 @@ export const chosen_options = () => Object.fromEntries(kOptions.map((name) => [n
 
 const is_open = () => element("options").open;
 
-// on_post(files, options, posted): they are to be built; posted() is called when the service has taken them. With the drawer of options open, or with
-// options that are still filled in, they wait there for the button; else they go at once.
+// on_post(files, options, { taken, wait }): they are to be built; taken() is called when the service has them, wait() if it wants a token first. With
+// the drawer of options open, or with options that are still filled in, they wait there for the button; else they go at once.
 export class Draft {
   constructor(on_post) {
     Object.assign(this, { on_post, files: [], turn: 0 });
@@ -43,7 +43,17 @@ export class Draft {
     this.show("");
     const options = chosen_options();
     // They are of these files. Where the service refuses them, they stay to be changed.
-    this.on_post(files, options, () => { for (const name of Object.keys(options)) if (field(name).value.trim() === options[name]) field(name).value = ""; });
+    const taken = () => { for (const name of Object.keys(options)) if (field(name).value.trim() === options[name]) field(name).value = ""; };
+    this.on_post(files, options, { taken, wait: () => this.wait(files) });
+  }
+
+  // For a token: nobody is to choose them again. Others may have come since.
+  wait(files) {
+    if (this.files.length > 0) return;
+    this.files = files;
+    element("options").open = true;
+    this.estimate();
+    bring_up("token");
   }
 
   show(words, kind = "") {

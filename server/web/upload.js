@@ -16,8 +16,8 @@ export function post_body(files) {
 }
 const name_of = (files) => files[0].name + (files.length > 1 ? ` and ${files.length - 1} more` : "");
 
-// Calls on.progress(share, words) while they are sent, then on.posted(id) or on.failed(words). Gives a function that gives up, also what is
-// built already.
+// Calls on.progress(share, words) while they are sent, then on.posted(id) or on.failed(words, whether a token is wanted). Gives a function that
+// gives up, also what is built already.
 export function post_rasters(files, options, on) {
   const name = name_of(files);
   const request = new XMLHttpRequest();
@@ -29,7 +29,8 @@ export function post_rasters(files, options, on) {
   request.onerror = async () => on.failed((await unreadable(files)) ?? `${name} could not be sent: the server does not answer`);
   request.onload = () => {
     const answer = parsed(request.responseText);
-    if (request.status >= 400 || !answer.id) return on.failed(refused(request.status) ?? words_of(answer, request.status));
+    const wants_token = refused(request.status);
+    if (request.status >= 400 || !answer.id) return on.failed(wants_token ?? words_of(answer, request.status), Boolean(wants_token));
     id = answer.id;
     on.posted(id);
   };

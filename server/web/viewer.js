@@ -277,7 +277,8 @@ function clear() {
   panel.hide_manifest();
   home();
 }
-const offer_sample = () => show_welcome((file) => { hide_welcome(); builds.post([file], {}); }, report);
+const draft = new Draft(builds.post);
+const offer_sample = () => show_welcome((file) => { hide_welcome(); draft.take([file]); }, report);
 
 const on_builds = {
   cancelled: (id) => leave(id, "Its build was cancelled, and it is deleted.", before).catch(report),
@@ -363,7 +364,6 @@ async function start() {
   steer_by_keys(document.getElementById("globe"), page.scene.camera, home, () => tools.take_middle());
   panel.on_controls(on_page);
   builds.on_builds(on_builds);
-  const draft = new Draft(builds.post);
   take_token(() => draft.take_token());
   take_files((files) => draft.take(files), panel.say);
   window.addEventListener("hashchange", () => {  // a link that was put into this tab

@@ -151,6 +151,7 @@ export async function try_refusals(page, url) {
   await said("^The service asks for a token here. Enter yours in the field");
   assert.equal(await page.evaluate(() => document.activeElement.id), "token");
   assert.ok(await page.isVisible("#token"), "the field for the token is folded away");
+  await page.evaluate(() => { document.getElementById("drop-draft").click(); document.getElementById("options").open = false; });
   await page.selectOption("#look", "imagery");
   const show = async (address) => { await page.fill("#imagery", address); await page.press("#imagery", "Tab"); };
   await show("not a url");

@@ -13,7 +13,7 @@ import { try_live } from "./live.mjs";
 import { try_credits, try_failed_uploads, try_folding, try_low_window } from "./panel.mjs";
 import { try_relief, try_relief_of_folder } from "./relief.mjs";
 import { try_antimeridian, try_frame, try_rims_of_demo, try_turns } from "./framing.mjs";
-import { try_contrast, try_docs, try_heights_by_keys, try_ring, try_token, try_zoomed } from "./unseen.mjs";
+import { try_contrast, try_docs, try_files_before_token, try_heights_by_keys, try_ring, try_token, try_zoomed } from "./unseen.mjs";
 import { try_viewshed } from "./viewshed.mjs";
 import { crack_share, heights_at, load_everything, luminance_deviation, look_straight_down, set_background } from "./views.mjs";
 
@@ -156,6 +156,7 @@ async function use_controls(browser) {
   await check("upload: a folder cannot be read, and that is said", () => try_folder(uploading));
   await check("docs: a narrow window has all of it", () => try_docs(browser, given.url));
   await check("token: files that wait for it stay", () => try_token(browser, given.url));
+  await check("token: files that are refused without one wait for it", () => try_files_before_token(browser, given.url));
   await check("token, imagery: what is wanted is said to people", () => try_refusals(uploading, given.url));
   await check("upload: a build that was begun on the page is cancelled there", () => try_cancel(uploading, given.url, given.fine));
 }

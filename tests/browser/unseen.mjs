@@ -144,3 +144,21 @@ export async function try_token(browser, url) {
   await page.waitForFunction(() => !window.same && document.getElementById("token"));
   await page.close();
 }
+
+// Files that are posted at once where a token is wanted wait for it, and are built when somebody says so.
+export async function try_files_before_token(browser, url) {
+  const { page } = await open_page(browser, url, { viewport: { width: 480, height: 320 }, ...kTerrainAlone });
+  await page.waitForFunction(() => window.cordillera?.id);
+  const refusal = { status: 401, json: { status: 401, detail: "Authorization: Bearer TOKEN is missing" } };
+  await page.route(/v1.datasets.name=/, (route) => (route.request().headers().authorization ? route.fallback() : route.fulfill(refusal)));
+  await page.setInputFiles("#file", { name: "north.tif", mimeType: "image/tiff", buffer: Buffer.from("no raster") });
+  await page.waitForFunction(() => document.getElementById("draft-files").textContent === "north.tif" && /Enter yours in the field/.test(document.getElementById("estimate").textContent));
+  assert.equal(await focused(page), "token");
+  await page.fill("#token", "mine");
+  await page.keyboard.press("Enter");
+  await page.waitForFunction(() => /Accepted: .*GeoTIFF/.test(document.getElementById("estimate").textContent));
+  const posted = page.waitForRequest((request) => request.method() === "POST" && !request.url().includes("dry_run"));
+  await page.click("#build");
+  assert.deepEqual([(await posted).headers().authorization, (await posted).postData()], ["Bearer mine", "no raster"]);
+  await page.close();
+}
