@@ -11,7 +11,7 @@ if [ "${2:-}" = --program ]; then program=${3:?--program needs a file}; fi
 stages=$("$program" tasks "$plan" --json | tr -d ' \n[]' | tr '}' '\n' | sed -n 's/.*"stage":\([0-9]*\),"tasks":\([0-9]*\),"done":\([0-9]*\),.*/\1 \2 \3/p')
 done=$(echo "$stages" | awk '$2 == $3 { print $1 }')
 left=$(echo "$stages" | awk '$2 != $3 { print $1 }')
-case $plan in /*) mark="cordillera $plan" ;; *) mark="cordillera $(realpath "$plan")" ;; esac
+case $plan in /vsi*) mark="cordillera ${plan%/}" ;; *) mark="cordillera $(realpath "$plan")" ;; esac  # as in submit.sh
 queue=$(squeue --noheader --format='%i %j %T %r|%k' 2> /dev/null | awk -F'|' -v mark="$mark" '$2 == mark { print $1 }')
 # The last words of the last time that it began.
 last() { awk '/^submit.sh: begins/ { said = "" } /^cordillera: warning:/ { next } /^(cordillera|slurmstepd): / { said = $0 } END { if (said) print said }' "$1"; }

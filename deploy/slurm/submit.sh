@@ -54,7 +54,7 @@ stages=$("$program" tasks "$plan" --json)  # [{"stage": 0, "tasks": 12, "done": 
 case $plan in /vsi*) logs=. ;; *) logs=$plan/log; mkdir -p "$logs" ;; esac
 
 # How jobs of this plan are told from others: numbers may be given again after a controller forgot some.
-case $plan in /*) mark="cordillera $plan" ;; *) mark="cordillera $(realpath "$plan")" ;; esac
+case $plan in /vsi*) mark="cordillera ${plan%/}" ;; *) mark="cordillera $(realpath "$plan")" ;; esac  # as in status.sh
 queued() { squeue --me --noheader --format='%i|%k' | while IFS='|' read -r job comment; do [ "$comment" != "$mark" ] || echo "$job"; done; }
 if [ -z "$dry" ]; then
   there=$(queued)
