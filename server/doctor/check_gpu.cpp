@@ -1,8 +1,23 @@
+#include <cstdlib>
+
+#include "gpu/device/device_choice.h"
 #include "gpu/simplify.h"
 #include "server/doctor/doctor.h"
 #include "server/metrics/gpu_memory.h"
 
 namespace cordillera::server::doctor {
+namespace {
+
+/// What may help where there is a GPU and problem is why it does no work.
+std::string advice(const proto::Problem& problem) {
+  if (problem.detail == gpu::built_without_cuda().detail) return "a build of the program with CUDA";
+  const char* visible = std::getenv("CUDA_VISIBLE_DEVICES");
+  return "a newer driver, memory of the GPU that is free, or " +
+         (visible == nullptr ? std::string("the right to use it")
+                             : "another CUDA_VISIBLE_DEVICES, which is \"" + std::string(visible) + "\"");
+}
+
+}  // namespace
 
 void check_gpu(const Settings& settings, Findings& findings) {
   const auto cards = metrics::gpus();
@@ -22,7 +37,7 @@ void check_gpu(const Settings& settings, Findings& findings) {
     findings.push_back(Finding{"GPU", Health::bad, works.problem().detail, "--device auto"});
   } else if (!cards.empty()) {
     findings.push_back(Finding{"GPU", Health::warning, works.problem().detail,
-                               "a build of the program with CUDA; until then the CPU does the work, to the same bytes"});
+                               advice(works.problem()) + "; until then the CPU does the work, to the same bytes"});
   } else {
     findings.push_back(Finding{"GPU", Health::good, "none: the CPU does the work, to the same bytes", ""});
   }

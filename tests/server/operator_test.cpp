@@ -272,12 +272,25 @@ TEST_F(Operator, GpuMemoryIsAskedOfTheDriver) {
   setenv("LD_LIBRARY_PATH", CORDILLERA_FAKE_NVML, 1);
   start_server();
   const PrometheusText text = read_prometheus(shell("curl -q -s " + server_.base() + "/metrics").output);
-  const Ended doctor = shell(kProgram + " doctor --listen 127.0.0.1:0 --data " + (folder_.path() / "new").string());
+  const auto ask = [&](const std::string& visible) {
+    return shell(visible + kProgram + " doctor --listen 127.0.0.1:0 --data " + (folder_.path() / "new").string());
+  };
+  const Ended doctor = ask(""), hidden = ask("CUDA_VISIBLE_DEVICES= "), missing = ask("CUDA_VISIBLE_DEVICES=77 ");
   unsetenv("LD_LIBRARY_PATH");
   EXPECT_THAT(text.wrong, testing::IsEmpty());
   EXPECT_EQ(text.sum("cordillera_gpu_memory_bytes", {{"gpu", "0"}, {"kind", "total"}}), 1000.0 * (1 << 20));
   EXPECT_EQ(text.sum("cordillera_gpu_memory_bytes", {{"gpu", "0"}, {"kind", "used"}}), 250.0 * (1 << 20));
   EXPECT_THAT(doctor.output, HasSubstr("Played GPU, driver 1.2.3, 750 of 1000 MiB free"));
+  // Advice that helps: the card may not be used, whatever the machine has.
+  if (hidden.output.find("was built without CUDA") != std::string::npos) {
+    EXPECT_THAT(hidden.output, HasSubstr("-> a build of the program with CUDA;"));
+    EXPECT_THAT(hidden.output, testing::Not(HasSubstr("CUDA_VISIBLE_DEVICES")));
+  } else {
+    EXPECT_THAT(hidden.output,
+                HasSubstr("-> a newer driver, memory of the GPU that is free, or another CUDA_VISIBLE_DEVICES, which is \"\";"));
+    EXPECT_THAT(missing.output, HasSubstr("CUDA_VISIBLE_DEVICES, which is \"77\";"));
+    EXPECT_THAT(hidden.output, testing::Not(HasSubstr("a build of the program")));
+  }
 }
 
 }  // namespace
