@@ -18,6 +18,8 @@ deb=$(echo "$build"/packages/*.deb)
 dpkg-deb --fsys-tarfile "$deb" | tar -x -C "$work"
 [[ $("$work/usr/bin/cordillera" --version) == 'cordillera '[0-9]* ]] || fail "the program does not run"
 [[ -f $work/usr/share/doc/cordillera/LICENSE ]] || fail "the licence is missing"
+[[ -x $work/usr/share/doc/cordillera/deploy/slurm/submit.sh ]] || fail "the scripts for clusters are missing"
+dpkg-deb --ctrl-tarfile "$deb" | tar -x -O ./postinst | grep -q systemd-sysusers || fail "nothing makes the user of the unit"
 [[ ! -e $work/usr/include ]] || fail "headers are in the package of the program"
 depends=$(dpkg-deb -f "$deb" Depends)
 [[ $depends == *libgdal* ]] || fail "Depends does not name GDAL: $depends"

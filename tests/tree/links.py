@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
-"""Links and code lines of the documents: links.py REPOSITORY. Every relative link of a Markdown file leads to a file of the repository, and to
-a heading where it has an anchor. Every page of docs/ is reached from docs/README.md, and README.md is short enough to be read."""
+"""Links and code lines of the documents: links.py REPOSITORY, or of an installation's documents: links.py --folder FOLDER
+
+Every relative link of a Markdown file leads to a file of the repository, and to a heading where it has an anchor. Every page of docs/ is reached from
+docs/README.md, and README.md is short enough to be read."""
 import os
 import re
 import subprocess
@@ -59,12 +61,23 @@ def judge(pages, exists):
     return wrong
 
 
-def main(root):
+def tracked(root):
+    """The files of a repository, or None where there is none."""
     listed = subprocess.run(["git", "-C", root, "ls-files", "--cached", "--others", "--exclude-standard"], capture_output=True, text=True)
     if listed.returncode != 0:
+        return None
+    return {name for name in listed.stdout.splitlines() if os.path.exists(os.path.join(root, name))}
+
+
+def found(root):
+    """The files of a folder."""
+    return {os.path.relpath(os.path.join(folder, name), root) for folder, _, names in os.walk(root) for name in names}
+
+
+def main(root, files):
+    if files is None:
         print("links: not a git repository, so the files of the tree are not known")
         return 77
-    files = {name for name in listed.stdout.splitlines() if os.path.exists(os.path.join(root, name))}
     folders = {os.path.dirname(name) for name in files}
     folders |= {parent for folder in folders for parent in (folder.rsplit("/", k)[0] for k in range(folder.count("/") + 1))} | {"."}
     pages = {}
@@ -81,4 +94,5 @@ def main(root):
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1]))
+    FOLDER = sys.argv[-1]
+    sys.exit(main(FOLDER, found(FOLDER) if sys.argv[1] == "--folder" else tracked(FOLDER)))

@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
 """links.py on made pages: each rule is broken once, and must be found."""
+import os
+import tempfile
 import unittest
 
 import links
@@ -37,6 +39,14 @@ class Links(unittest.TestCase):
 
     def test_equal_headings_have_numbers(self):
         self.assertEqual(links.anchors("# A b\n## A b\n# C, d!\n"), {"a-b", "a-b-1", "c-d"})
+
+    def test_files_of_a_folder_are_found(self):
+        with tempfile.TemporaryDirectory() as folder:
+            os.makedirs(os.path.join(folder, "docs", "empty"))
+            for name in ("README.md", "docs/two.md"):
+                with open(os.path.join(folder, name), "w", encoding="utf-8"):
+                    pass
+            self.assertEqual(links.found(folder), {"README.md", "docs/two.md"})
 
 
 if __name__ == "__main__":
