@@ -28,7 +28,9 @@ constexpr std::size_t kMostEntries = 10000;
 constexpr std::size_t kPiece = std::size_t{1} << 20;
 
 constexpr const char* kOneRaster = "a .zip or .gz with one raster, and in a .zip the files of the same name that it needs";
-constexpr const char* kSeveral = "a .zip with one raster; of several, the rasters or the folder that it unpacks to";
+constexpr const char* kSeveral =
+    "a .zip with one raster; of several, the rasters (posted as one form: curl -F file=@a.tif -F file=@b.tif), or the folder "
+    "that it unpacks to";
 
 struct ArchiveEntry {
   std::string path;  ///< in the zip

@@ -45,7 +45,9 @@ proto::Result<MapProjection> MapProjection::open(const std::string& code, double
   map.code_ = code;
   map.label_ = crs_label(srs);
   if (srs.IsCompound()) srs.StripVertical();
-  if (!srs.IsProjected()) return Problem{"crs-unsupported", map.label_ + " is no projected CRS", accepted, "frame"};
+  if (!srs.IsProjected())
+    return Problem{"crs-unsupported", map.label_ + (srs.IsGeographic() ? " is in degrees" : " is no projected CRS"),
+                   accepted + (srs.IsGeographic() ? ", or geodetic" : ""), "frame"};
   if (const auto use = area_of_use(srs); use && degrees_away(use->usual, longitude_deg, latitude_deg) > kAbsurd_deg)
     return Problem{"crs-unsupported",
                    map.label_ + " is meant for " + area_text(use->stated) + "; the data lies around " +

@@ -161,6 +161,10 @@ void add_notes(const SourceParts& parts, const Crs& crs, bool z_scale_given, pro
   const Dataset& d = parts.dataset;
   if (const std::string& beyond = parts.placement->beyond_area_of_use(); !beyond.empty()) s.add_notes(proto::as_utf8(beyond));
   if (std::string feet = z_scale_given ? "" : note_on_feet(d, crs); !feet.empty()) s.add_notes(std::move(feet));
+  const bool bytes = d.band->GetRasterDataType() == GDT_Byte && !d.signed_byte;
+  if (d.colour.empty() && bytes && !z_scale_given && s.scale() == 1)
+    s.add_notes("the pixels of " + proto::as_utf8(d.name) +
+                " are bytes, 0 to 255, and are taken for metres: a hillshade has such pixels, too");
   if (d.colour.empty()) return;
   s.add_notes(proto::as_utf8(d.name) + " is a picture, and its band " + std::to_string(d.band->GetBand()) + ", " + d.colour +
               ", is taken for heights");

@@ -44,17 +44,17 @@ Complaint take_mesh_box(std::string_view text, MeshRequest& request) {
 
 constexpr std::string_view kAuthority = "EPSG:";
 
-/// A code alone: PROJ reads files whose names a CRS may have.
-bool is_epsg_code(std::string_view text) {
+/// The digits of EPSG:32632, or of 32632 as crs takes it; else none. A code alone: PROJ reads files whose names a CRS may have.
+std::string_view epsg_code(std::string_view text) {
   constexpr std::size_t kMostDigits = 6;
-  return proto::same_letters(text.substr(0, kAuthority.size()), kAuthority) && text.size() > kAuthority.size() &&
-         text.size() <= kAuthority.size() + kMostDigits && text.find_first_not_of("0123456789", kAuthority.size()) == text.npos;
+  if (proto::same_letters(text.substr(0, kAuthority.size()), kAuthority)) text.remove_prefix(kAuthority.size());
+  return text.size() <= kMostDigits && text.find_first_not_of("0123456789") == text.npos ? text : std::string_view();
 }
 
 Complaint take_frame(std::string_view text, MeshRequest& request) {
-  if (is_epsg_code(text)) {
+  if (const std::string_view code = epsg_code(text); !code.empty()) {
     request.frame = MeshFrame::map;
-    request.map = std::string(kAuthority).append(text.substr(kAuthority.size()));
+    request.map = std::string(kAuthority).append(code);
     return std::nullopt;
   }
   std::string name;

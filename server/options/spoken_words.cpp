@@ -62,9 +62,9 @@ std::optional<std::string> meant_by_habit(std::string word) {
   static constexpr Habit kHabits[] = {
       {"source", " url file raster path "},
       {"crs", " epsg srs srid proj projection a-srs s-srs t-srs source-srs input-srs "},
-      {"z-scale", " unit units z-factor zfactor exaggeration vertical-exaggeration "},
-      {"max-level", " zoom maxzoom max-zoom maxlevel max resolution tr tile-depth tiledepth start-zoom zoom-level "},
-      {"min-level", " minzoom min-zoom minlevel min end-zoom "},
+      {"z-scale", " unit units vertical-unit vertical-units height-unit z-factor zfactor exaggeration vertical-exaggeration "},
+      {"max-level", " zoom maxzoom max-zoom maxlevel max max-z resolution tr tile-depth tiledepth start-zoom zoom-level "},
+      {"min-level", " minzoom min-zoom minlevel min min-z end-zoom "},
       {"error", " tolerance max-error maxerror accuracy geometric-error "},
       {"keep", " ratio reduce decimate "},
       {"bbox", " bounds extent te projwin clip aoi region box window "},

@@ -100,7 +100,8 @@ TEST(MeshOnAMap, ItIsTheRastersOwnWhereNoneIsNamed) {
   const TemporaryFolder folder;
   for (const auto& [crs, wanted] :
        {std::pair{"WGS 84 / UTM zone 31N (EPSG:32631)", ""},
-        {"WGS 84 (EPSG:4326)", "crs-unsupported: the code of a projected CRS that holds the data, such as EPSG:32631"},
+        {"WGS 84 (EPSG:4326)",
+         "crs-unsupported: the code of a projected CRS that holds the data, such as EPSG:32631, or geodetic"},
         {"Transverse Mercator on WGS 84 (+proj=tmerc)",
          "crs-unknown: the code of a projected CRS that holds the data, such as EPSG:32631"}}) {
     const std::string file = folder / (std::string(wanted).substr(0, 8) + ".db");
@@ -120,7 +121,7 @@ TEST(MeshOnAMap, OneThatDoesNotHoldTheMeshIsRefused) {
   const faces::Terrain& terrain = plain_dataset().terrain();
   const std::string accepted = ": the code of a projected CRS that holds the data, such as EPSG:32631";
   EXPECT_EQ(refusal(terrain, on_map("EPSG:99999")), "crs-unknown" + accepted);
-  EXPECT_EQ(refusal(terrain, on_map("EPSG:4326")), "crs-unsupported" + accepted);
+  EXPECT_EQ(refusal(terrain, on_map("EPSG:4326")), "crs-unsupported" + accepted + ", or geodetic");
   EXPECT_EQ(refusal(terrain, on_map("EPSG:3031")), "crs-unsupported" + accepted) << "of the Antarctic";
   EXPECT_EQ(check_frame(MeshKind::stl, MeshFrame::map).ok(), false);
 

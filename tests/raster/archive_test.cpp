@@ -160,7 +160,9 @@ TEST_F(Archive, OfAFolderOfTilesIsThatFolder) {
 TEST_F(Archive, OneRasterAndNoOther) {
   const proto::Problem two = refused(zipped({{"a.tif", tiff_}, {"b/c.tif", tiff_}}), "two.zip");
   EXPECT_EQ(two.type, "archive-rasters");
-  EXPECT_EQ(two.accepted, "a .zip with one raster; of several, the rasters or the folder that it unpacks to");
+  EXPECT_EQ(two.accepted,
+            "a .zip with one raster; of several, the rasters (posted as one form: curl -F file=@a.tif -F file=@b.tif), or the "
+            "folder that it unpacks to");
   EXPECT_EQ(two.detail, "two.zip holds 2 rasters: a.tif, b/c.tif");
   EXPECT_EQ(refused(zipped({{"a\nb.tif", tiff_}, {"c\r.tif", tiff_}}), "lines.zip").detail,
             "lines.zip holds 2 rasters: a b.tif, c .tif");

@@ -95,14 +95,15 @@ TEST_F(Export, APartOfADatasetAsAMesh) {
   ASSERT_TRUE(box.ok()) << box.problem().line();
   EXPECT_NEAR(*std::min_element(box->mesh.x.begin(), box->mesh.x.end()), 10.1, 1e-9);
   EXPECT_NEAR(*std::max_element(box->mesh.y.begin(), box->mesh.y.end()), 46.4, 1e-9);
-  ASSERT_EQ(exported("-o " + place("map.ply") + " --level 8 --bbox 10.1,46.1,10.3,46.4 --frame epsg:32632").code, 0);
+  ASSERT_EQ(exported("-o " + place("map.ply") + " --level 8 --bbox 10.1,46.1,10.3,46.4 --frame 32632").code, 0);
   const auto map = proto::read_mesh_file(place("map.ply"));
   ASSERT_TRUE(map.ok()) << map.problem().line();
   EXPECT_NEAR(*std::min_element(map->mesh.x.begin(), map->mesh.x.end()), 584600, 1000);
   EXPECT_NEAR(*std::max_element(map->mesh.y.begin(), map->mesh.y.end()), 5139500, 1000);
   const Ended degrees = exported("-o " + place("crs.ply") + " --frame crs");
   EXPECT_EQ(degrees.code, 1);
-  EXPECT_THAT(degrees.output, HasSubstr("is not one that PROJ knows by a code and is projected"));
+  EXPECT_THAT(degrees.output,
+              HasSubstr("the raster's own CRS: WGS 84 (EPSG:4326) is in degrees; accepted: the code of a projected CRS"));
 }
 
 TEST_F(Export, RefusalsNameWhatIsAccepted) {

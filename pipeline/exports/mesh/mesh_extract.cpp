@@ -58,8 +58,9 @@ proto::Result<raster::MapProjection> map_of(const faces::Terrain& terrain, const
   auto map = raster::MapProjection::open(code, longitude_deg, latitude_deg);
   if (!map && request.map.empty())
     return Problem{map.problem().type,
-                   own.empty() ? "the rasters have no CRS in common"
-                               : "the raster's own CRS, " + own + ", is not one that PROJ knows by a code and is projected",
+                   own.empty()    ? "the rasters have no CRS in common"
+                   : code.empty() ? "the raster's own CRS, " + own + ", has no code"
+                                  : "the raster's own CRS: " + map.problem().detail,
                    map.problem().accepted, "frame"};
   return map;
 }
