@@ -28,7 +28,11 @@ int vacuum_command(const std::string& data, Orphans orphans) {
             << done->bytes << " bytes less\n";
   if (done->orphans > 0)
     std::cout << data << ": " << done->orphans << " folders in orphans/ are no datasets; vacuum --orphans removes them\n";
-  return kDone;
+  if (done->unchanged.empty()) return kDone;
+  std::string why;
+  for (const std::string& one : done->unchanged) why += (why.empty() ? "" : "; ") + one;
+  return fail({"store-write", "the rest is done, but " + why,
+               "sound stores on a disk with room for a second one; cordillera check says what is damaged", "path"});
 }
 
 int backup_command(const std::string& data, const std::string& output) {

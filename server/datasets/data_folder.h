@@ -12,13 +12,14 @@ namespace cordillera::server {
 enum class Orphans { keep, remove };
 
 struct Vacuumed {
-  std::uint64_t files = 0;    ///< removed: folders and files that nothing names
-  std::uint64_t orphans = 0;  ///< kept in orphans/
-  std::uint64_t stores = 0;   ///< rewritten without free pages and unnamed blobs
-  std::uintmax_t bytes = 0;   ///< less than before
+  std::uint64_t files = 0;             ///< removed: folders and files that nothing names
+  std::uint64_t orphans = 0;           ///< kept in orphans/
+  std::uint64_t stores = 0;            ///< rewritten without free pages and unnamed blobs
+  std::uintmax_t bytes = 0;            ///< less than before
+  std::vector<std::string> unchanged;  ///< of stores that could not be rewritten: why, a sentence each
 };
-/// Removes what nothing names and gives free pages back; folders without a row are adopted or set aside, as at a server's start.
-/// Refused while a server uses the folder.
+/// Removes what nothing names and gives free pages back, whatever becomes of one store; folders without a row are adopted or set
+/// aside, as at a server's start. Refused while a server uses the folder.
 proto::Result<Vacuumed> vacuum(const Layout& layout, Orphans orphans);
 
 struct BackedUp {

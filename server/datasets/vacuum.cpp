@@ -76,7 +76,10 @@ proto::Result<Vacuumed> vacuum(const Layout& layout, Orphans orphans) {
         if (!updates::is_changeable(entry.path())) clean_dataset(entry.path(), done);
         const fs::path store = layout.store(dataset->id);
         const auto saved = pipeline::compact_store(store.string());
-        if (!saved) return saved.problem();
+        if (!saved) {
+          done.unchanged.push_back(saved.problem().detail);
+          continue;
+        }
         done.stores += *saved > 0 ? 1 : 0;
         done.bytes += *saved;
       }

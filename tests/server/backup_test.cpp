@@ -163,5 +163,33 @@ TEST_F(Backup, ADataFolderMayBeAFreshDiskAndNobodyElses) {
   EXPECT_THAT(refused.problem().detail, HasSubstr("it holds other things: photos"));
 }
 
+/// Of a data folder whose stores have free pages.
+TEST(Vacuum, RewritesTheOthersWhereOneIsDamaged) {
+  TestService test;
+  std::vector<fs::path> stores;
+  for (int k = 0; k < 3; ++k) {
+    const std::string id = body_of(test.post("GOOD", {}, {{"prefer", "wait=60"}}))["id"];
+    stores.push_back(Layout{test.data()}.store(id));
+  }
+  test.stop();
+  for (const fs::path& store : stores)
+    pipeline::Database(store.string(), pipeline::Database::Mode::create)
+        .execute("CREATE TABLE waste (bytes BLOB); INSERT INTO waste VALUES (randomblob(100000)); DROP TABLE waste");
+  const auto entries = fs::directory_iterator(Layout{test.data()}.datasets());
+  const fs::path bad = entries->path() / kStoreFile;  // the first that is come to
+  std::fstream(bad, std::ios::in | std::ios::out | std::ios::binary).write("no store any more", 17);
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(vacuum_command(test.data().string(), Orphans::keep), 1);
+  const std::string said = testing::internal::GetCapturedStdout(), told = testing::internal::GetCapturedStderr();
+  EXPECT_THAT(said, HasSubstr(" 2 stores rewritten"));
+  EXPECT_THAT(told, HasSubstr(bad.string()));
+  for (const fs::path& store : stores) {
+    if (store == bad) continue;
+    EXPECT_THAT(told, testing::Not(HasSubstr(store.string())));
+    EXPECT_EQ(pipeline::Database(store.string(), pipeline::Database::Mode::published).integer("PRAGMA freelist_count"), 0);
+  }
+}
+
 }  // namespace
 }  // namespace cordillera::server
