@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "pipeline/exports/pmtiles.h"
+#include "pipeline/exports/whole_file.h"
 #include "pipeline/store/sqlite.h"
 #include "raster/disk/write_all.h"
 #include "server/datasets/library.h"
@@ -141,7 +142,10 @@ proto::Result<std::shared_ptr<const ArchiveFile>> ArchiveFiles::find(const Archi
   if (known == entries_.end()) {
     if (waiting_.size() >= kMostWaiting)
       return Problem{"service-busy", "too many archives are waiting to be made", "asking again later", ""};
-    const auto entry = std::make_shared<Entry>(Entry{order, nullptr, nullptr, std::nullopt, folder_ / name, ++clock_, false});
+    const auto entry = std::make_shared<Entry>();
+    entry->order = order;
+    entry->path = folder_ / name;
+    entry->used = ++clock_;
     entries_[name] = entry;
     waiting_.push_back(entry);
     changed_.notify_all();
@@ -170,7 +174,10 @@ void ArchiveFiles::forget(const std::string& id) {
   std::error_code ignored;
   for (auto at = entries_.begin(); at != entries_.end();) {
     const bool goes = at->second->order.id == id;
-    if (goes) fs::remove(at->second->path, ignored);
+    if (goes) {
+      at->second->forgotten = true;
+      fs::remove(at->second->path, ignored);
+    }
     at = goes ? entries_.erase(at) : std::next(at);
   }
 }
@@ -196,15 +203,24 @@ void ArchiveFiles::work() {
   }
 }
 
+/// Why it is made no further.
+std::optional<Problem> ArchiveFiles::ended(const Entry& entry) const {
+  if (stop_) return Problem{"service-stopping", "the service is stopping", "trying again later", ""};
+  return entry.forgotten ? std::optional(pipeline::exports::kStopped) : std::nullopt;
+}
+
 /// What is read of an entry by others changes under the lock alone.
 void ArchiveFiles::make(Entry& entry) {
   std::string full;
   const auto claim = space_.claim(0, &full);
   pipeline::exports::ArchiveBounds bounds;
   std::uint64_t bytes = 0;
-  bounds.tiles = [](std::uint64_t tiles) { return tiles > kMostTiles ? std::optional(too_many()) : std::nullopt; };
+  bounds.tiles = [&](std::uint64_t tiles) {
+    auto end = ended(entry);
+    return !end && tiles > kMostTiles ? std::optional(too_many()) : end;
+  };
   bounds.bytes = [&](std::uint64_t more) -> std::optional<Problem> {
-    if (stop_) return Problem{"service-stopping", "the service is stopping", "trying again later", ""};
+    if (auto end = ended(entry)) return end;
     bytes += more;
     if (bytes > kMostBytes)
       return Problem{"export-too-large", "the archive would be larger than this service keeps", "cordillera export", ""};

@@ -78,7 +78,7 @@ class ArchiveFiles {
   proto::Result<std::shared_ptr<const ArchiveFile>> find(const ArchiveOrder& order, Asks asks = Asks::first);
   /// Whether it is being made. Tells no problem, and begins nothing.
   bool is_awaited(const ArchiveOrder& order) const;
-  /// Archives of a dataset go: it has another version, or there is none any more.
+  /// Archives of a dataset go: it has another version, or there is none any more. One that is being made ends.
   void forget(const std::string& id);
 
   static constexpr std::uint64_t kMostTiles = 100'000;                  ///< of an archive
@@ -95,11 +95,13 @@ class ArchiveFiles {
     std::optional<proto::Problem> problem;
     std::filesystem::path path;
     std::uint64_t used = 0;
-    bool told = false;  ///< somebody, of the problem
+    bool told = false;                   ///< somebody, of the problem
+    std::atomic<bool> forgotten{false};  ///< nobody can have it any more: its making ends
   };
   using Kept = std::shared_ptr<Entry>;
   void work();
   void make(Entry& entry);
+  std::optional<proto::Problem> ended(const Entry& entry) const;
   void make_room(const std::string& but);
   void close_idle();
 

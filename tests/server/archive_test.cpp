@@ -185,6 +185,35 @@ TEST(KeptArchive, ThatCannotBeMadeIsToldToAllWhoWaited) {
   EXPECT_EQ(asked(Asks::first), "storage-full");
 }
 
+/// The disk is asked for room when an order begins, and again when its first bytes come.
+TEST(KeptArchive, ThatIsForgottenIsMadeNoFurther) {
+  const std::string id = built().base().substr(std::string("/v1/datasets/").size());
+  const auto terrain = built().service().library().open(id);
+  ASSERT_TRUE(terrain) << terrain.problem().line();
+  std::atomic<int> asked{0}, ended{0};
+  std::atomic<bool> go_on{false};
+  limits::Space space(
+      [&] {
+        ++asked;
+        EXPECT_TRUE(eventually([&] { return go_on.load(); }));
+        return std::optional<limits::DiskSpace>();
+      },
+      5);
+  ArchiveFiles files(built().data() / "forgotten-archives", space, [&](const std::string&) { ++ended; });
+  const ArchiveOrder order{id, "a", pipeline::faces::face_named("drc"), *terrain};
+  EXPECT_TRUE(files.find(order));
+  ASSERT_TRUE(eventually([&] { return asked == 1; }));
+  files.forget(id);
+  EXPECT_FALSE(files.is_awaited(order));
+  go_on = true;
+  ASSERT_TRUE(eventually([&] { return ended == 1; }));
+  EXPECT_EQ(asked, 1) << "bytes of it were written";
+  EXPECT_TRUE(eventually([&] {
+    const auto found = files.find(order);
+    return found.ok() && *found;
+  })) << "who asks then has it made";
+}
+
 std::ptrdiff_t open_descriptors() {
   return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), std::filesystem::directory_iterator());
 }
