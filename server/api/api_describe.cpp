@@ -33,6 +33,31 @@ FormerWords words_after(const std::filesystem::path& folder, const Dataset& befo
 
 std::mutex g_describing;
 
+/// With the lock of Ledger::apart.
+proto::Result<void> write_words(Service& service, const Request& request, const Given& words, const std::string& id) {
+  const Row before = service.registry().find(id);
+  if (!before) return unknown_to(request, id);
+  Dataset changed = *before;
+  const TableWords table{.what = "a dataset's", .of = " does not change without a build", .accepted = kDescribable};
+  if (auto wrong = read_options(description_words(), words, table, changed)) return *wrong;
+  if (auto refused = changed.is_private ? service.gate().refuse_private() : std::nullopt) return *refused;
+  // First beside the tiles: a registry that is lost then knows no less of who may read them.
+  const auto folder = service.layout().dataset(id);
+  const auto written = write_record(folder, changed, words_after(folder, *before, changed, service.settings().serve));
+  // One that failed, or is still to be fetched, has no folder. Its row has the words then.
+  if (!written && written.problem().type != "dataset-unknown") return written;
+  service.registry().describe(id, changed.options, changed.is_private);
+  return {};
+}
+
+/// Under the lock in which a deletion takes the row away: what is written into the folder of a deleted dataset would be one again
+/// at the next start.
+proto::Result<void> described_anew(Service& service, const Request& request, const Given& words, const std::string& id) {
+  proto::Result<void> done;
+  service.ledger().apart([&] { done = write_words(service, request, words, id); });
+  return done;
+}
+
 }  // namespace
 
 Response describe_dataset(Service& service, const Request& request, const Dataset& dataset) {
@@ -57,17 +82,9 @@ Response describe_dataset(Service& service, const Request& request, const Datase
     const std::string tag = status_document(service, request, *before).header("ETag");
     if (!if_match_holds(request, tag)) return problem_response(condition_failed("If-Match", tag));
   }
-  Dataset changed = *before;
-  const TableWords words{.what = "a dataset's", .of = " does not change without a build", .accepted = kDescribable};
-  if (auto wrong = read_options(description_words(), plain->query, words, changed)) return problem_response(*wrong);
-  if (auto refused = changed.is_private ? service.gate().refuse_private() : std::nullopt) return problem_response(*refused);
+  if (const auto described = described_anew(service, request, plain->query, dataset.id); !described)
+    return problem_response(described.problem());
   (void)service.live().note_read(*before, sender(request));  // one that is asleep could not be built
-  // First beside the tiles: a registry that is lost then knows no less of who may read them.
-  const auto folder = service.layout().dataset(dataset.id);
-  if (const auto written = write_record(folder, changed, words_after(folder, *before, changed, service.settings().serve));
-      !written)
-    return problem_response(written.problem());
-  service.registry().describe(dataset.id, changed.options, changed.is_private);
   const Row now = service.registry().find(dataset.id);
   if (!now) return problem_response(unknown_to(request, dataset.id));
   service.forget(dataset.id);

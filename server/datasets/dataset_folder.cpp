@@ -1,14 +1,17 @@
 #include "server/datasets/dataset_folder.h"
 
+#include <cerrno>
 #include <fstream>
 #include <vector>
 
 #include "pipeline/store/store.h"
 #include "proto/files.h"
+#include "raster/disk/new_file.h"
 #include "raster/disk/write_all.h"
-#include "raster/storage/storage.h"
 #include "server/datasets/ledger.h"
+#include "server/datasets/library.h"
 #include "server/datasets/upload.h"
+#include "server/http/digest.h"
 #include "server/http/json.h"
 #include "work.pb.h"
 
@@ -72,7 +75,17 @@ proto::Result<void> write_record(const fs::path& folder, const Dataset& dataset,
     one.set_attribution(words.attribution.value_or(""));
     one.set_imagery(words.imagery.value_or(""));
   }
-  if (raster::write_whole((folder / kRecordFile).string(), to_json_line(record) + "\n")) return {};
+  // Not with write_whole(), which makes the folder where it is not there: the dataset may be deleted at this moment.
+  const fs::path next = folder / (std::string(kRecordFile) + "." + random_letters(8) + ".part");
+  do {
+    raster::NewFile out(next, 0666);
+    if (!out.is_open() && errno == ENOENT) return unknown_dataset(dataset.id);
+    if (out.is_open() && out.write(to_json_line(record) + "\n") && out.close() &&
+        raster::put_in_place(next, folder / kRecordFile))
+      return {};
+  } while (errno == ENOENT);  // a build that ends has removed all but its store and the records
+  std::error_code ignored;
+  fs::remove(next, ignored);
   return proto::Problem{"storage-full", "what was posted cannot be written down: the disk is full or fails",
                         "trying again when there is room", ""};
 }

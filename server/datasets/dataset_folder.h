@@ -32,7 +32,7 @@ inline bool is_record(const std::filesystem::path& name) {
 using FormerWords = std::vector<pipeline::Words>;
 pipeline::Words words_of(const proto::BuildOptions& options);
 
-/// Problems: "storage-full".
+/// Problems: "storage-full"; "dataset-unknown" where the folder is not there, which is not made anew.
 proto::Result<void> write_record(const std::filesystem::path& folder, const Dataset& dataset, const FormerWords& former = {});
 /// Empty where there is no record.
 FormerWords former_words(const std::filesystem::path& folder);

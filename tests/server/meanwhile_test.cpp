@@ -1,9 +1,15 @@
 // What changes while a request's body comes, or while a stream goes on: other requests are answered meanwhile.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <thread>
 
 #include "fixture.h"
 #include "server/access/tokens.h"
+#include "server/datasets/dataset_folder.h"
 
 namespace cordillera::server {
 namespace {
@@ -58,6 +64,57 @@ TEST_F(Meanwhile, AChangeUndoesNoneThatWasMadeWhileItsBodyCame) {
   EXPECT_EQ(body_of(late)["private"], true);
   EXPECT_EQ(body_of(late)["manifest"]["title"], "Hills");
   EXPECT_EQ(read_by_anybody(id), 404);
+}
+
+/// Whether a thread of this process waits for something.
+bool is_asleep(pid_t thread) {
+  const std::string stat = file_text("/proc/self/task/" + std::to_string(thread) + "/stat");
+  const std::size_t name = stat.rfind(')');
+  return name != stat.npos && stat.substr(name, 3) == ") S";
+}
+
+/// Else its folder would be there again, with a record alone, and a dataset at the next start.
+TEST_F(Meanwhile, AChangeDoesNotBringBackWhatIsDeleted) {
+  const std::string id = ready();
+  const std::filesystem::path folder = test_.service().layout().dataset(id);
+  std::atomic<pid_t> thread{0};
+  std::atomic<int> answered{0};
+  std::jthread changes;
+  test_.service().ledger().apart([&] {  // as a deletion does
+    changes = std::jthread([&] {
+      answered = change(id, R"({"title": "Hills"})", [&] { thread = static_cast<pid_t>(syscall(SYS_gettid)); }).status;
+    });
+    EXPECT_TRUE(eventually([&] { return answered != 0 || (thread != 0 && is_asleep(thread)); }));
+    EXPECT_EQ(answered, 0) << "it was written down while a deletion takes the row away";
+    test_.service().registry().remove(id);
+    std::filesystem::remove_all(folder);
+  });
+  changes.join();
+  EXPECT_EQ(answered, 404);
+  EXPECT_FALSE(std::filesystem::exists(folder));
+}
+
+TEST_F(Meanwhile, ARecordDoesNotMakeAFolderAnew) {
+  const std::string id = ready();
+  const Row row = test_.service().registry().find(id);
+  const std::filesystem::path gone = test_.folder() / id;
+  const auto written = write_record(gone, *row);
+  ASSERT_FALSE(written);
+  EXPECT_EQ(written.problem().type, "dataset-unknown");
+  EXPECT_FALSE(std::filesystem::exists(gone));
+}
+
+/// It has no folder any more, and its row is still listed.
+TEST_F(Meanwhile, WhatFailedIsDescribedWithoutAFolder) {
+  const std::string id = posted("BAD");
+  EXPECT_TRUE(eventually([&] {
+    return test_.service().registry().find(id)->state == State::failed &&
+           !std::filesystem::exists(test_.service().layout().dataset(id));
+  }));
+  const Response described = change(id, R"({"private": true})");
+  EXPECT_EQ(described.status, 200) << described.body;
+  EXPECT_EQ(read_by_anybody(id), 404);
+  EXPECT_FALSE(std::filesystem::exists(test_.service().layout().dataset(id)));
 }
 
 TEST_F(Meanwhile, HeightsAreNotToldOfWhatBecamePrivateWhileThePlacesCame) {
