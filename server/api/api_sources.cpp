@@ -113,6 +113,13 @@ Response listed(Service& service, const Request& request, const Dataset& dataset
   return guarded_json(std::move(json));
 }
 
+/// Of one that failed nothing was kept, whatever it was posted with.
+Problem nothing_to_change(const Dataset& dataset) {
+  const std::string why = dataset.problem ? dataset.problem->detail : "its build failed";
+  return {"dataset-failed", "dataset " + dataset.id + " has nothing to change: " + why,
+          "posting its rasters anew, with updates=1", ""};
+}
+
 /// How a change is answered: the status of one that is done, and the dataset's path as the client sees it.
 struct Reply {
   int good;
@@ -123,7 +130,10 @@ struct Reply {
 Response answer_now(Service& service, const Dataset& dataset, const std::string& change_id, const Reply& reply) try {
   const proto::SourceChanges changes = service.ledger().read(dataset.id);
   const auto change = change_in(changes, change_id);
-  if (!change) return problem_response(unknown_dataset(dataset.id));
+  if (!change) {  // deleted, or the first version failed, and this change with it
+    const Row now = service.registry().find(dataset.id);
+    return problem_response(now && now->state == State::failed ? nothing_to_change(*now) : unknown_dataset(dataset.id));
+  }
   if (change->has_problem()) return problem_response(to_problem(change->problem()));
   const std::string state = state_of(changes, change_id);
   Response response = json_response(state == "done" ? reply.good : 202, change_json(*change, state.c_str()));
@@ -242,12 +252,7 @@ std::optional<Problem> refuse(const Request& request, const Dataset& dataset) {
 Response sources(Service& service, const Request& request, const Dataset& dataset, const Route& route) {
   if (request.method == "GET" || request.method == "HEAD") return listed(service, request, dataset, route);
   if (!service.ledger().holds(dataset.id)) {
-    // Of one that failed nothing was kept, whatever it was posted with.
-    if (dataset.state == State::failed) {
-      const std::string why = dataset.problem ? dataset.problem->detail : "its build failed";
-      return problem_response({"dataset-failed", "dataset " + dataset.id + " has nothing to change: " + why,
-                               "posting its rasters anew, with updates=1", ""});
-    }
+    if (dataset.state == State::failed) return problem_response(nothing_to_change(dataset));
     return problem_response(
         {"dataset-fixed",
          "dataset " + dataset.id + " was posted without updates=1: neither its raster nor what a change needs was kept",

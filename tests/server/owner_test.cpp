@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
+
 #include "fixture.h"
 #include "pipeline/store/sqlite.h"
 #include "pipeline/store/store_schema.h"
@@ -187,6 +189,39 @@ TEST_F(Owners, AChangeOfADatasetThatIsGoneMakesNothing) {
   EXPECT_EQ(answer.status, 404) << answer.body;
   EXPECT_EQ(slug_of(answer), "dataset-unknown");
   EXPECT_EQ(test_.leftovers(), 0u) << "its folder came back";
+}
+
+/// The build of the first version fails once a change waits behind it.
+TEST(FirstVersion, ThatFailsIsToldToWhoWaitsForAChange) {
+  const TempFolder folder;
+  Settings settings;
+  settings.serve.data = (folder.path() / "data").string();
+  std::atomic<bool> fail{false};
+  auto service = Service::open(
+      settings, [&](const auto&, const auto&, const std::atomic<bool>& stop) -> proto::Result<std::optional<proto::Estimate>> {
+        eventually([&] { return fail || stop; });
+        return proto::Problem{"raster-unreadable", "damaged behind its beginning", "GeoTIFF", ""};
+      });
+  ASSERT_TRUE(service) << service.problem().line();
+  Api api(**service);
+  const auto post = [&](const std::string& path, const Given& query, const std::map<std::string, std::string>& headers) {
+    Request request;
+    request.method = "POST";
+    request.path = path;
+    request.query = query;
+    request.headers = headers;
+    request.headers.emplace("content-length", "4");
+    request.read_body = [](const Request::Sink& sink) { return sink("GOOD"); };
+    return api.handle(request);
+  };
+  const std::string id = posted_id(TestService::settled(post("/v1/datasets", {{"updates", "1"}}, {})));
+  Response waiting = post("/v1/datasets/" + id + "/sources", {{"name", "more.tif"}}, kWait);
+  ASSERT_TRUE(waiting.later) << waiting.status << waiting.body;
+  fail = true;
+  const Response told = TestService::settled(std::move(waiting));
+  EXPECT_EQ(told.status, 409);
+  EXPECT_EQ(slug_of(told), "dataset-failed") << told.body;
+  EXPECT_THAT(told.body, HasSubstr("damaged behind its beginning"));
 }
 
 TEST_F(Owners, DescribeTheirDatasetsAnewWithoutABuild) {
