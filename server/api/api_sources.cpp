@@ -134,8 +134,8 @@ Response answer_now(Service& service, const Dataset& dataset, const std::string&
     const Row now = service.registry().find(dataset.id);
     return problem_response(now && now->state == State::failed ? nothing_to_change(*now) : unknown_dataset(dataset.id));
   }
-  if (change->has_problem()) return problem_response(to_problem(change->problem()));
   const std::string state = state_of(changes, change_id);
+  if (state == "failed") return problem_response(to_problem(change->problem()));
   Response response = json_response(state == "done" ? reply.good : 202, change_json(*change, state.c_str()));
   if (change->kind() != "remove") response.set("Location", reply.path + "/sources/" + change->source().id());
   response.set("Cache-Control", "no-store");

@@ -179,7 +179,11 @@ proto::Result<std::vector<proto::DatasetSource>> applied(std::vector<proto::Data
 
 proto::SourceChanges Ledger::read(const std::string& id) const {
   const std::lock_guard lock(mutex_);
-  return value_of(read_file(layout_.dataset(id)));
+  proto::SourceChanges changes = value_of(read_file(layout_.dataset(id)));
+  const auto tried = tried_.find(id);
+  for (proto::SourceChange& change : *changes.mutable_pending())
+    if (tried != tried_.end() && change.id() == tried->second.change) *change.mutable_problem() = to_error(tried->second.problem);
+  return changes;
 }
 
 proto::DatasetVersion Ledger::current(const std::string& id) const {
@@ -234,7 +238,7 @@ proto::Result<proto::SourceChanges> Ledger::look(const std::string& id) const {
   if (changes && changes->pending_size() > 0)
     waiting_.insert(id);
   else
-    waiting_.erase(id);
+    waiting_.erase(id), tried_.erase(id);
   return changes;
 }
 
@@ -268,6 +272,11 @@ proto::Result<void> Ledger::amend(const std::string& id, const proto::SourceChan
     }
     return {};
   });
+}
+
+void Ledger::note_waiting(const std::string& id, const std::string& change, const Problem& problem) {
+  const std::lock_guard lock(mutex_);
+  tried_.insert_or_assign(id, Tried{change, problem});
 }
 
 proto::Result<void> Ledger::end(const std::string& id, const std::string& ended, const std::optional<Problem>& problem) {

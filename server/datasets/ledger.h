@@ -12,6 +12,7 @@
 // nothing is built.
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <set>
@@ -60,6 +61,7 @@ class Ledger {
   explicit Ledger(Layout layout) : layout_(std::move(layout)) {}
 
   bool holds(const std::string& id) const { return is_changeable(layout_.dataset(id)); }
+  /// A pending change may have a problem: of its last attempt, and there will be another one.
   proto::SourceChanges read(const std::string& id) const;
   /// The version that is served; empty where there is none, and of a dataset of one raster that does not change.
   proto::DatasetVersion current(const std::string& id) const;
@@ -78,6 +80,8 @@ class Ledger {
   std::size_t waiting() const;
   /// Something was found out about a pending change.
   proto::Result<void> amend(const std::string& id, const proto::SourceChange& change);
+  /// What kept a pending change from being done, which is tried again. Not on the disk: that may be what is full.
+  void note_waiting(const std::string& id, const std::string& change, const proto::Problem& problem);
   /// The first change came to its end.
   proto::Result<void> end(const std::string& id, const std::string& change, const std::optional<proto::Problem>& problem);
   /// Removes what neither a version nor a pending change names; versions/ keeps the newest `keep`. Where it cannot be told what
@@ -97,6 +101,11 @@ class Ledger {
   Layout layout_;
   mutable std::mutex mutex_;
   mutable std::set<std::string> waiting_;  ///< datasets that had pending changes when they were last looked at
+  struct Tried {
+    std::string change;
+    proto::Problem problem;
+  };
+  mutable std::map<std::string, Tried> tried_;  ///< by dataset; of changes that were tried in vain
 };
 
 }  // namespace cordillera::server::updates

@@ -315,7 +315,7 @@ JobQueue::Next JobQueue::run(const Turn& turn) {
     metrics::StageClock clock(metrics_);
     const bool was_out_of_reach =
         dataset->problem && dataset->problem->type == "source-unreachable";  // its store is as good as before
-    if (attempt > 0 && attempt % kTriesWithOneStore == 0 && !was_out_of_reach) forget_store(id);
+    if (!was_out_of_reach) forget_unfinished(turn);
     const auto outcome = build(*dataset, clock, *flag);
     const bool paused = !outcome && outcome.problem().type == "paused";
     const bool gives_way = gave_way(id);
@@ -337,7 +337,12 @@ JobQueue::Next JobQueue::run(const Turn& turn) {
   return Next::done;
 }
 
-void JobQueue::forget_store(const std::string& id) { pipeline::remove_store(layout_.store(id).string()); }
+/// After some attempts in vain. Of a version that is served nothing goes.
+void JobQueue::forget_unfinished(const Turn& turn) {
+  if (turn.attempt == 0 || turn.attempt % kTriesWithOneStore != 0) return;
+  const bool changes = ledger_.holds(turn.id);
+  pipeline::remove_store((changes ? layout_.dataset(turn.id) / updates::kNextStore : layout_.store(turn.id)).string());
+}
 
 void JobQueue::finish(const Dataset& dataset, const proto::Result<std::optional<proto::Estimate>>& outcome) {
   if (outcome) {

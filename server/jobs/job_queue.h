@@ -174,7 +174,7 @@ class JobQueue {
   Next pause(const Dataset& dataset, Paused why);
   bool waits_for_looks(const Dataset& dataset) const;
   bool waits_for_readers(const Dataset& dataset) const;
-  void forget_store(const std::string& id);
+  void forget_unfinished(const Turn& turn);
   void finish(const Dataset& dataset, const proto::Result<std::optional<proto::Estimate>>& outcome);
   void note_failed(const std::string& id);
   std::vector<Row> all_failed();

@@ -18,6 +18,7 @@ JobQueue::Next JobQueue::take_change(const Dataset& dataset, const Turn& turn, c
   hub_.touch(id);
   log_info("dataset " + id + ": version " + std::to_string(change->number()) + " started");
   metrics::StageClock clock(metrics_);
+  forget_unfinished(turn);
   const Outcome outcome = take_turn(dataset, *change, clock, stop);
   const bool paused = !outcome && outcome.problem().type == "paused";
   clock.end(stop ? "cancelled" : outcome ? "ready" : paused ? "paused" : "failed");
@@ -32,6 +33,7 @@ JobQueue::Next JobQueue::settle(const Dataset& dataset, const proto::SourceChang
   if (!outcome && outcome.problem().type == "paused") return pause(dataset, why_paused(outcome.problem()));
   if (!outcome && is_passing(outcome.problem(), turn.attempt)) {
     if (!served) registry_.set_state(id, State::queued, outcome.problem());
+    ledger_.note_waiting(id, change.id(), outcome.problem());
     hub_.touch(id);
     log_warning("dataset " + id + ": " + outcome.problem().line() + "; tried again later");
     retry_later(turn);

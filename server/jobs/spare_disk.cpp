@@ -5,7 +5,9 @@
 #include <mutex>
 
 #include "pipeline/store/mesh_files.h"
+#include "proto/files.h"
 #include "server/datasets/ledger.h"
+#include "server/http/json.h"
 #include "server/limits/disk.h"
 
 namespace cordillera::server {
@@ -53,6 +55,13 @@ class Starved {
   std::map<fs::path, Try> tries_;
 };
 
+/// A look at a raster, or at a list, writes no store: what lies there is another job's, and may be served.
+bool writes_store(const fs::path& folder) {
+  const auto text = proto::bytes_of_file(folder / kJobFile);
+  proto::Job job;
+  return text && from_json(*text, &job) && !job.dry_run() && !job.list();
+}
+
 /// Of a version that is served nothing goes.
 void remove_unfinished(const fs::path& folder) {
   pipeline::remove_store((folder / (updates::has_target(folder) ? updates::kNextStore : kStoreFile)).string());
@@ -72,7 +81,7 @@ JobRunner sparing(JobRunner runner, std::uint32_t free_percent) {
       return outcome;
     }
     starved->note(folder, had, outcome.problem());
-    remove_unfinished(folder);
+    if (writes_store(folder)) remove_unfinished(folder);
     return outcome;
   };
 }

@@ -180,6 +180,45 @@ TEST(PassingTrouble, OfDescriptorsIsTriedAgain) {
   }));
 }
 
+/// What was built of a version so far may be what is wrong. Meanwhile whoever asks is told what the change waits for.
+TEST(PassingTrouble, AVersionThatCannotGoOnIsBegunAnew) {
+  std::atomic<int> runs{0};
+  const JobRunner runner = [&](const std::filesystem::path& folder, const ProgressSink&, const std::atomic<bool>&) -> JobOutcome {
+    const auto store = folder / updates::kNextStore;
+    if (runs++ == 0) std::ofstream(store) << "damaged";
+    if (std::filesystem::exists(store)) return proto::Problem{"store-write", "the store is malformed", "", ""};
+    return proto::Problem{"raster-unreadable", "an end", "", ""};
+  };
+  TempFolder folder;
+  Settings settings;
+  settings.serve.data = (folder.path() / "data").string();
+  auto service = Service::open(settings, runner);
+  ASSERT_TRUE(service);
+  Api api(**service);
+  Request request;
+  request.method = "POST";
+  request.path = "/v1/datasets";
+  request.query = {{"updates", "1"}, {"provisional", "off"}};
+  request.headers = {{"content-length", "4"}};
+  request.read_body = [](const Request::Sink& sink) { return sink("GOOD"); };
+  const Response posted = api.handle(request);
+  ASSERT_EQ(posted.status, 202) << posted.bytes();
+  Request asks;
+  asks.path = "/v1/datasets/" + posted_id(posted) + "/sources";
+  Json last;
+  EXPECT_TRUE(eventually([&] {
+    const Json now = body_of(TestService::plain(api.handle(asks)));
+    last = now["changes"][0];
+    return last["error"].is_object();
+  }));
+  EXPECT_EQ(last["state"], "pending");
+  EXPECT_EQ(last["error"]["detail"], "the store is malformed");
+  const Registry& registry = (*service)->registry();
+  ASSERT_TRUE(eventually([&] { return registry.list()[0]->state == State::failed || runs > 4; }));
+  EXPECT_EQ(runs, 4) << "three with the same store";
+  EXPECT_EQ(registry.list()[0]->state, State::failed);
+}
+
 TEST(PassingTrouble, EndsWhereItDoesNotPass) {
   const proto::Problem tables{"crs-tables-unreadable", "", "", ""};
   EXPECT_TRUE(is_passing(tables, 0));

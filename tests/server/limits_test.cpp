@@ -8,6 +8,7 @@
 #include "fixture.h"
 #include "proto/cores.h"
 #include "server/access/tokens.h"
+#include "server/jobs/job_queue.h"
 #include "server/jobs/spare_disk.h"
 #include "server/limits/disk.h"
 #include "server/memory/memory_limit.h"
@@ -284,6 +285,7 @@ TEST(Limits, AreShownAsTheyAre) {
 TEST(Limits, AJobWithoutRoomLeavesWhatItMadeAndWaitsForMore) {
   const TempFolder folder;
   const auto store = folder.path() / kStoreFile;
+  ASSERT_TRUE(write_job(folder.path(), proto::Job()));
   int runs = 0;
   std::optional<proto::Problem> problem = proto::Problem{"storage-full", "full", "", ""};
   // A disk that keeps all of itself free has no room, before and after.
@@ -312,6 +314,27 @@ TEST(Limits, AJobWithoutRoomLeavesWhatItMadeAndWaitsForMore) {
   problem = proto::Problem{"raster-unreadable", "damaged", "", ""};
   EXPECT_EQ(type(), "raster-unreadable");
   EXPECT_TRUE(std::filesystem::exists(store)) << "what it failed for is none of the disk's";
+}
+
+/// A look at what stands at a dataset's address now, or at a list there, runs in the folder of what is served.
+TEST(Limits, ALookWithoutRoomLeavesWhatIsServed) {
+  const TempFolder folder;
+  const auto store = folder.path() / kStoreFile;
+  std::ofstream(store) << "served";
+  proto::Job dry, list;
+  dry.set_dry_run(true);
+  list.set_list(true);
+  const std::atomic<bool> never{false};
+  for (const proto::Job& job : {dry, list}) {
+    const JobRunner runner = sparing(
+        [](const std::filesystem::path&, const ProgressSink&, const std::atomic<bool>&) -> JobOutcome {
+          return proto::Problem{"storage-full", "full", "", ""};
+        },
+        100);
+    ASSERT_TRUE(write_job(folder.path(), job));
+    EXPECT_EQ(runner(folder.path(), nullptr, never).problem().type, "storage-full");
+    EXPECT_TRUE(std::filesystem::exists(store)) << job.ShortDebugString();
+  }
 }
 
 }  // namespace
