@@ -1,5 +1,6 @@
 // The queue's part for datasets whose rasters are fetched from an address, and fetched again when something else stands there.
 
+#include "pipeline/build/build.h"
 #include "pipeline/store/mesh_files.h"
 #include "raster/disk/write_all.h"
 #include "raster/storage/storage.h"
@@ -21,6 +22,7 @@ constexpr const char* kStays = "stays";  // of what is served, although somethin
 constexpr const char* kNext = "next-";   // before the name of a raster that is not whole, or whose time has not come
 
 proto::Problem cannot(const std::string& what) { return {"storage-full", what, "trying again when there is room", ""}; }
+proto::Problem stays(const proto::Problem& why) { return {kStays, why.detail, why.accepted, ""}; }
 
 }  // namespace
 
@@ -108,6 +110,8 @@ std::optional<JobQueue::Next> JobQueue::have_raster(const Dataset& dataset, cons
   if (!anew && (dataset.state == State::ready || has_raster(dataset))) return std::nullopt;
   if (dataset.state == State::queued) registry_.set_state(id, State::running, std::nullopt);
   const auto fetched = fetch_raster(dataset, stop);
+  if (gave_way(id))
+    log_info("dataset " + id + ": its source is slow, and others wait: what stands there now is looked at when it is read again");
   if (stop) return Next::done;
   if (fetched) {  // who noticed meanwhile that something else stands there has what stands there
     const std::lock_guard lock(mutex_);
@@ -146,56 +150,85 @@ bool JobQueue::fetch_ahead(const std::string& id) {
   return fetched.ok();
 }
 
-/// Why what stands at the address of a dataset now is no raster that could be built.
-std::optional<proto::Problem> JobQueue::look_at_next(const Dataset& dataset, const fs::path& file,
-                                                     const std::atomic<bool>& stop) {
-  const fs::path folder = layout_.dataset(dataset.id);
-  proto::Job job = job_of(dataset);
-  job.set_raster(file.filename().string());
-  job.set_dry_run(true);
-  job.set_provisional(false);
-  limit(job, folder);
-  if (!write_job(folder, job)) return std::nullopt;  // its build will say so
-  const auto outcome = runner_(
-      folder, [](const proto::Progress&) {}, stop);
+/// What came and is not taken.
+void JobQueue::drop_next(const Dataset& dataset) const {
+  const fs::path file = layout_.dataset(dataset.id) / (kNext + dataset.raster);
   std::error_code ignored;
-  fs::remove(folder / kJobFile, ignored);
-  return outcome || stop ? std::nullopt : std::optional(outcome.problem());
+  for (const fs::path& next : {file, map_of(file), next_rasters(dataset.id)}) fs::remove_all(next, ignored);
 }
 
-/// What was made of the raster before is served until this one has come.
+/// What stands at the address of a dataset now, beside what it had. Of what is served, kStays where that cannot be built.
+proto::Result<JobQueue::Fetched> JobQueue::fetch_next(const Dataset& dataset, bool as_whole, const std::atomic<bool>& stop) {
+  const bool served = dataset.state == State::ready;
+  drop_next(dataset);  // of a fetch that was ended
+  Fetched next{layout_.dataset(dataset.id) / (kNext + dataset.raster), next_rasters(dataset.id), {}, std::nullopt};
+  const auto print = (as_whole ? fetch_.whole : fetch_.beginning)(dataset.address, next.file, stop);
+  if (!print && served && print.problem().type == "body-too-large") return stays(print.problem());
+  if (!print) return print.problem();
+  next.print = *print;
+  if (next.print.ranged) return next;
+  auto taken = take_list(dataset, next.file, stop);
+  if (!taken && served && !stop && !is_passing(taken.problem(), 0)) return stays(taken.problem());
+  if (!taken) return taken.problem();
+  next.listed = std::move(*taken);
+  next.print.list = next.listed.has_value();
+  return next;
+}
+
+/// Why what stands at the address of a dataset now is no raster that could be built, or are none.
+std::optional<proto::Problem> JobQueue::look_at_next(const Dataset& dataset, const Fetched& next, const std::atomic<bool>& stop) {
+  const fs::path folder = layout_.dataset(dataset.id);
+  proto::Job job = job_of(dataset);
+  job.set_raster(next.file.filename().string());
+  job.set_dry_run(true);
+  job.set_provisional(false);
+  const auto rasters = sources_of(dataset, next, job);
+  limit(job, folder);
+  if (!write_job(folder, job)) return std::nullopt;  // its build will say so
+  ProgressSink nobody = [](const proto::Progress&) {};
+  nobody.rasters = rasters.get();
+  const auto outcome = runner_(folder, nobody, stop);
+  std::error_code ignored;
+  fs::remove(folder / kJobFile, ignored);
+  // More than a look may read of it has come meanwhile: its build goes on in several turns, which no look does.
+  const bool is_slow = !outcome && rasters && outcome.problem().type == "build-time-limit";
+  return outcome || is_slow ? std::nullopt : std::optional(outcome.problem());
+}
+
+/// What was made of the raster before is served until this one has come, and has been looked at.
 proto::Result<void> JobQueue::fetch_raster(const Dataset& dataset, const std::atomic<bool>& stop) {
-  const fs::path folder = layout_.dataset(dataset.id), next = folder / (kNext + dataset.raster);
+  const fs::path folder = layout_.dataset(dataset.id);
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) return cannot("the folder of " + dataset.id + " cannot be made: " + error.message());
   if (const auto written = write_record(folder, dataset); !written) return written;
   log_info("dataset " + dataset.id + ": its raster is fetched");
   tell_fetching(dataset.id);
-  fs::remove_all(next_rasters(dataset.id), error);  // of a fetch that was ended
   bool as_whole = !is_lazy(dataset);
   {
     const std::lock_guard lock(mutex_);
     as_whole = as_whole_.contains(dataset.id) || as_whole;
   }
-  auto print = (as_whole ? fetch_.whole : fetch_.beginning)(dataset.address, next, stop);
-  if (!print) return print.problem();
-  std::optional<proto::ListedRasters> listed;
-  if (!print->ranged) {
-    auto taken = take_list(dataset, next, stop);
-    if (!taken) return taken.problem();
-    listed = std::move(*taken);
-    print->list = listed.has_value();
+  for (int tries = 0;; ++tries) {
+    // As in fetch_again().
+    const auto next = fetch_next(dataset, as_whole || tries == kTriesOfSource, stop);
+    if (!next) return drop_next(dataset), next.problem();
+    {
+      const std::lock_guard lock(mutex_);
+      as_whole_.erase(dataset.id);
+    }
+    const auto refused = dataset.state == State::ready ? look_at_next(dataset, *next, stop) : std::nullopt;
+    if (!stop && !refused) return take_next(dataset, *next);
+    if (!stop && refused->type == "source-replaced" && next->print.ranged) continue;
+    drop_next(dataset);
+    return stop ? pipeline::kCancelled : stays(*refused);
   }
-  {
-    const std::lock_guard lock(mutex_);
-    as_whole_.erase(dataset.id);
-  }
-  const bool is_whole = !print->ranged && !listed;
-  if (auto refused = is_whole && dataset.state == State::ready ? look_at_next(dataset, next, stop) : std::nullopt) {
-    fs::remove(next, error);
-    return proto::Problem{kStays, refused->detail, refused->accepted, ""};
-  }
+}
+
+/// From here on what was made of the raster before is gone.
+proto::Result<void> JobQueue::take_next(const Dataset& dataset, const Fetched& next) {
+  const fs::path folder = layout_.dataset(dataset.id);
+  std::error_code error;
   // In an order in which a service that is killed finds a build that is done, or one that is to be done, or a raster that is to
   // be fetched.
   registry_.set_state(dataset.id, State::queued, std::nullopt);
@@ -204,14 +237,14 @@ proto::Result<void> JobQueue::fetch_raster(const Dataset& dataset, const std::at
   // What is there of the one before goes first: a map that is another's would take holes for heights.
   const fs::path file = folder / dataset.raster;
   for (const fs::path& before : {file, map_of(file), folder / kRasters}) fs::remove_all(before, error);
-  const std::string note = updates::print_json(*print).dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  const std::string note = updates::print_json(next.print).dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
   if (!raster::write_whole((folder / kFetchedFile).string(), note).ok())
     return cannot("what was fetched for " + dataset.id + " cannot be written down");
   fs::remove(folder / kListedFile, error);
-  if (const auto noted = listed ? updates::write_listed(folder, *listed) : proto::Result<void>(); !noted) return noted;
-  if (print->ranged) fs::rename(map_of(next), map_of(file), error);
-  if (listed && !error) fs::rename(next_rasters(dataset.id), folder / kRasters, error);
-  if (error || !raster::put_in_place(next, file))
+  if (const auto noted = next.listed ? updates::write_listed(folder, *next.listed) : proto::Result<void>(); !noted) return noted;
+  if (next.print.ranged) fs::rename(map_of(next.file), map_of(file), error);
+  if (next.listed && !error) fs::rename(next.rasters, folder / kRasters, error);
+  if (error || !raster::put_in_place(next.file, file))
     return cannot("the raster of " + dataset.id +
                   " cannot be put into its place: " + (error ? error.message() : std::strerror(errno)));
   looked_at_.forget(dataset.id);

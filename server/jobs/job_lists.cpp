@@ -153,19 +153,26 @@ proto::Result<void> JobQueue::begin_listed(proto::ListedRasters& listed, const s
 std::unique_ptr<updates::RangedSources> JobQueue::sources_of(const Dataset& dataset, proto::Job& job) {
   const fs::path folder = layout_.dataset(dataset.id);
   const auto print = dataset.address.empty() ? std::nullopt : fetched_print(folder);
+  if (!print) return nullptr;
+  return sources_of(
+      dataset, {folder / dataset.raster, folder / kRasters, *print, print->list ? updates::read_listed(folder) : std::nullopt},
+      job);
+}
+
+std::unique_ptr<updates::RangedSources> JobQueue::sources_of(const Dataset& dataset, const Fetched& fetched, proto::Job& job) {
+  const auto& listed = fetched.listed;
   std::vector<updates::RangedSource::Place> places;
-  if (print && print->ranged) places.push_back({dataset.address, folder / dataset.raster, *print});
-  const auto listed = print && print->list ? updates::read_listed(folder) : std::nullopt;
+  if (fetched.print.ranged) places.push_back({dataset.address, fetched.file, fetched.print});
   for (int k = 0; listed && k < listed->rasters_size(); ++k) {
     const proto::ListedRaster& noted = listed->rasters(k);
-    const fs::path file = fs::path(kRasters) / updates::file_of(*listed, k);
+    const fs::path file = fetched.rasters.filename() / updates::file_of(*listed, k);
     proto::JobRaster& raster = *job.add_rasters();
     raster.set_path(file.string());
     raster.set_name(noted.name());
     *raster.mutable_options() = noted.options();
     raster.set_ranged(noted.ranged());
     raster.set_state(updates::state_of(noted));
-    places.push_back({noted.address(), folder / file, updates::print_of(noted)});
+    places.push_back({noted.address(), fetched.rasters / file.filename(), updates::print_of(noted)});
   }
   job.set_vrt(listed && listed->vrt());
   const bool any = std::any_of(places.begin(), places.end(), [](const auto& place) { return place.print.ranged; });

@@ -155,8 +155,17 @@ class JobQueue {
   void tell_fetching(const std::string& id);
   std::optional<Next> have_raster(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop);
   proto::Result<void> fetch_raster(const Dataset& dataset, const std::atomic<bool>& stop);
-  std::optional<proto::Problem> look_at_next(const Dataset& dataset, const std::filesystem::path& file,
-                                             const std::atomic<bool>& stop);
+  /// What came from a dataset's address, and where it lies in its folder.
+  struct Fetched {
+    std::filesystem::path file;     ///< the raster, or the list
+    std::filesystem::path rasters;  ///< the folder of those that the list names
+    updates::Print print;
+    std::optional<proto::ListedRasters> listed;
+  };
+  proto::Result<Fetched> fetch_next(const Dataset& dataset, bool as_whole, const std::atomic<bool>& stop);
+  std::optional<proto::Problem> look_at_next(const Dataset& dataset, const Fetched& next, const std::atomic<bool>& stop);
+  proto::Result<void> take_next(const Dataset& dataset, const Fetched& next);
+  void drop_next(const Dataset& dataset) const;
   bool has_raster(const Dataset& dataset) const;
   std::filesystem::path next_rasters(const std::string& id) const;
   // Of a list of rasters that stands at an address in place of one.
@@ -166,6 +175,7 @@ class JobQueue {
   proto::Result<void> begin_listed(proto::ListedRasters& listed, const std::string& name, const std::filesystem::path& folder,
                                    const std::atomic<bool>& stop) const;
   std::unique_ptr<updates::RangedSources> sources_of(const Dataset& dataset, proto::Job& job);
+  std::unique_ptr<updates::RangedSources> sources_of(const Dataset& dataset, const Fetched& fetched, proto::Job& job);
   std::optional<Next> fetch_again(const Dataset& dataset, const proto::Problem& why, const Turn& turn);
   enum class Paused : std::uint8_t { nobody_looks, turn_is_over };
   static Paused why_paused(const proto::Problem& of_job) {

@@ -163,6 +163,36 @@ TEST_F(LiveMosaic, OneOfAFinishedDatasetThatChangesMeansANewVersion) {
   EXPECT_TRUE(eventually([&] { return std::abs(top(cone) - 4000) < 60; })) << server_.log();
 }
 
+TEST_F(LiveMosaic, AListThatCannotBeBuiltTakesNothingAway) {
+  host_.has_tagged("/dems/hills.vrt", vrt_, "\"vrt\"");
+  start({"--live-fresh", "0"});
+  const std::string id = id_of(query("/dems/hills.vrt", "&max_level=9"));
+  const auto height = [&] {
+    Json answer = json("/v1/datasets/" + id + "/elevation?points=11.5,46.2");
+    return answer["points"].is_array() && answer["points"][0]["ellipsoidal_height"].is_number()
+               ? answer["points"][0]["ellipsoidal_height"].get<double>()
+               : 0;
+  };
+  const auto stays = [&] {
+    const std::string log = server_.log(), said = "what was built stays";
+    int count = 0;
+    for (auto at = log.find(said); at != std::string::npos; at = log.find(said, at + 1)) ++count;
+    return count;
+  };
+  ASSERT_TRUE(eventually([&] { return status(id)["state"] == "ready"; })) << server_.log();
+  host_.has_parts(address_of(3), parts_[3].substr(0, parts_[3].size() / 2), "\"half\"");
+  ASSERT_TRUE(eventually([&] { return height() > 0 && stays() > 0; })) << "a raster of it\n" << server_.log();
+  host_.has_parts(address_of(3), parts_[3], "\"one\"");
+  host_.has_tagged("/dems/hills.vrt", vrt_.substr(0, vrt_.size() / 2), "\"half\"");
+  const int before = stays();
+  ASSERT_TRUE(eventually([&] { return height() > 0 && stays() > before + 1; })) << "the list itself\n" << server_.log();
+  EXPECT_EQ(status(id)["state"], "ready");
+  EXPECT_NEAR(height(), 1000, 300);
+  host_.has_parts(address_of(3), part_of(3, 3000), "\"two\"");
+  host_.has_tagged("/dems/hills.vrt", vrt_, "\"mended\"");
+  EXPECT_TRUE(eventually([&] { return height() > 2500; })) << server_.log();
+}
+
 /// GDAL would open it with any driver, and read what it names.
 TEST_F(LiveMosaic, AVrtNamesNoOtherVrt) {
   const std::string inner =

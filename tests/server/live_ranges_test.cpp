@@ -97,6 +97,28 @@ TEST_F(ByRanges, ARasterThatChangesMeanwhileIsReadAnew) {
   EXPECT_THAT(server_.log(), HasSubstr("has another raster than it had"));
 }
 
+/// Such as one that is being written.
+TEST_F(ByRanges, ARasterThatIsDamagedForAMomentTakesNothingAway) {
+  start({"--live-fresh", "0"});
+  const std::string id = id_of(query(kCog, "&max_level=9")), place = "/elevation?points=11.5,46.6";
+  const auto height = [&] {
+    Json answer = json("/v1/datasets/" + id + place);
+    return answer["points"].is_array() && answer["points"][0]["ellipsoidal_height"].is_number()
+               ? answer["points"][0]["ellipsoidal_height"].get<double>()
+               : 0;
+  };
+  ASSERT_TRUE(eventually([&] { return status(id)["state"] == "ready"; })) << server_.log();
+  EXPECT_NEAR(height(), 1000, 300);
+  host_.has_parts(kCog, hills_.substr(0, hills_.size() / 2), "\"half\"");
+  ASSERT_TRUE(eventually([&] { return height() > 0 && server_.log().find("what was built stays") != std::string::npos; }))
+      << server_.log();
+  EXPECT_EQ(status(id)["state"], "ready");
+  EXPECT_NEAR(height(), 1000, 300);
+  EXPECT_FALSE(fs::exists(folder_of(id) / "next-hills.tif")) << "what came of it goes";
+  host_.has_parts(kCog, cog_of(3000), "\"two\"");
+  EXPECT_TRUE(eventually([&] { return height() > 2500; })) << server_.log();
+}
+
 TEST_F(ByRanges, ASlowSourceKeepsNoOtherBuildWaiting) {
   host_.has_parts(kCog, hills_, "\"one\"", RasterHost::Parts::held);
   host_.hold_back();
