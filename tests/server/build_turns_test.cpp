@@ -207,7 +207,7 @@ TEST(PassingTrouble, AVersionThatCannotGoOnIsBegunAnew) {
   asks.path = "/v1/datasets/" + posted_id(posted) + "/sources";
   Json last;
   EXPECT_TRUE(eventually([&] {
-    const Json now = body_of(TestService::plain(api.handle(asks)));
+    Json now = body_of(TestService::plain(api.handle(asks)));
     last = now["changes"][0];
     return last["error"].is_object();
   }));
