@@ -6,6 +6,7 @@
 #include <sstream>
 #include <string_view>
 
+#include "server/options/mesh_options.h"
 #include "server/options/option_values.h"
 #include "server/options/spoken_words.h"
 
@@ -26,6 +27,11 @@ proto::Problem unknown_command(const std::string& word, const std::vector<std::s
 
 /// The same of an option. A command has up to a hundred: help has them in groups, one line has not.
 proto::Problem unknown_option(const std::string& word, const std::vector<std::string>& names, const std::string& command) {
+  const bool of_mesh =
+      std::ranges::any_of(mesh_options(), [&](const MeshOption& option) { return word == std::string("--") + option.name; });
+  if (command == "build" && of_mesh)
+    return {"usage", word + " is an option of `cordillera export`",
+            "cordillera build RASTER -o NAME.sqlite, and then cordillera export NAME.sqlite -o MESH.ply " + word + " …", word};
   auto nearest = nearest_name(word, names);
   const auto meant = meant_by_habit(word);
   if (meant && std::find(names.begin(), names.end(), "--" + *meant) != names.end()) nearest = "--" + *meant;

@@ -35,13 +35,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Of several rasters: the folder's that they lie in, else the output's, without the ending of a file.
+std::string name_of_several(const BuildLine& line) {
+  const auto last = [](const fs::path& path) {
+    const fs::path place = fs::absolute(path).lexically_normal();
+    return (place.has_filename() ? place : place.parent_path()).filename();
+  };
+  std::error_code error;
+  if (line.rasters.size() == 1 && fs::is_directory(line.rasters.front(), error)) return last(line.rasters.front()).string();
+  const fs::path name = last(line.output);
+  return (line.output.ends_with(".sqlite") || is_export_name(line.output) ? name.stem() : name).string();
+}
+
 proto::Result<pipeline::BuildRequest> request_for(const Settings& settings, const BuildLine& line) {
   auto request = request_of(line.rasters, settings, line.bad);
   if (!request) return request;
-  if (!request->members.empty() && !line.output.empty()) {  // a dry run needs none
-    const fs::path place = fs::absolute(line.output).lexically_normal();
-    request->raster_name = (place.has_filename() ? place : place.parent_path()).filename().string();
-  }
+  if (!request->members.empty() && !line.output.empty()) request->raster_name = name_of_several(line);  // a dry run needs none
   if (!settings.build.name().empty()) request->raster_name = settings.build.name();
   request->id = fs::path(request->raster_name).stem().string();
   return request;

@@ -70,6 +70,8 @@ TEST_F(Program, AnUnknownOptionIsOneSentence) {
   EXPECT_THAT(shell(kProgram + " build dem.tif --eror 3").output, HasSubstr("did you mean --error?\n"));
   EXPECT_THAT(shell(kProgram + " build dem.tif --epsg 4326").output, HasSubstr("did you mean --crs?\n"))
       << "as other programs have it";
+  EXPECT_THAT(shell(kProgram + " build dem.tif -o dem.ply --frame crs").output,
+              HasSubstr("--frame is an option of `cordillera export`"));
   for (const char* command : {"post", "view"}) {
     EXPECT_THAT(shell(kProgram + " " + command + " dem.tif --water-mask sea.tif").output,
                 HasSubstr("unknown option '--water-mask'"))
