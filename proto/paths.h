@@ -12,6 +12,12 @@ inline bool lies_in(const std::filesystem::path& inner, const std::filesystem::p
   return std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first == outer.end();
 }
 
+/// "out/" and "out" are one place.
+inline std::filesystem::path place_of(const std::filesystem::path& path) {
+  const std::filesystem::path place = std::filesystem::absolute(path).lexically_normal();
+  return place.has_filename() ? place : place.parent_path();
+}
+
 /// Where a file lies that is to be replaced: a link to it goes on pointing there. error: of a link that leads nowhere; then
 /// empty.
 inline std::filesystem::path behind_link(const std::filesystem::path& path, std::error_code& error) {

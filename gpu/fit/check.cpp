@@ -137,14 +137,9 @@ proto::Problem too_many_edges(const HeightMesh& mesh) {
           "at most 255 edges at a vertex", "mesh"};
 }
 
-std::optional<proto::Problem> find_crowd(const HeightMesh& mesh, const std::vector<std::uint32_t>& bin_start) {
+std::optional<proto::Problem> find_crowd(const HeightMesh& mesh, double company) {
   constexpr double kMostPairs = 1e8, kCrowd = 100;  // half a minute of looking for neighbours
-  double pairs = 0;
-  for (std::size_t bin = 1; bin < bin_start.size(); ++bin) {
-    const double count = bin_start[bin] - bin_start[bin - 1];
-    pairs += count * count;
-  }
-  if (pairs <= kMostPairs || pairs <= kCrowd * static_cast<double>(mesh.vertices())) return {};
+  if (company <= kCrowd || company * static_cast<double>(mesh.vertices()) <= kMostPairs) return {};
   const auto middle = [](std::vector<double> values) {
     std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
     return values[values.size() / 2];

@@ -1,8 +1,6 @@
 #pragma once
 // What is refused, and why.
-#include <cstdint>
 #include <optional>
-#include <vector>
 
 #include "gpu/fit/simplify_height_mesh.h"
 
@@ -17,8 +15,8 @@ std::optional<proto::Problem> find_step(const HeightMesh& mesh);
 /// The vertex with the most edges of a manifold, which are too many.
 proto::Problem too_many_edges(const HeightMesh& mesh);
 /// A vertex that is far away from all others stretches the plan over what lies between, and nearly all of them are in a few of
-/// its bins. bin_start: Plan::bin_start.
-std::optional<proto::Problem> find_crowd(const HeightMesh& mesh, const std::vector<std::uint32_t>& bin_start);
+/// its bins. company: Plan::bin_company.
+std::optional<proto::Problem> find_crowd(const HeightMesh& mesh, double company);
 /// The number of triangles asked for; 0 for a target in metres.
 proto::Result<std::uint64_t> triangles_wanted(const MeshTarget& target, std::uint64_t triangles);
 

@@ -147,10 +147,13 @@ std::vector<std::uint8_t> steepest_edges(const Plan& plan) {
 struct Bins {
   std::vector<std::uint32_t> of;     ///< indexed by vertex
   std::vector<std::uint32_t> start;  ///< Plan::bin_start
-  /// Vertices that a vertex shares its bin with, on average.
+  /// Plan::bin_company
   double company() const {
     double pairs = 0;
-    for (std::size_t bin = 1; bin < start.size(); ++bin) pairs += std::pow(start[bin] - start[bin - 1], 2);
+    for (std::size_t bin = 1; bin < start.size(); ++bin) {
+      const double count = start[bin] - start[bin - 1];
+      pairs += count * count;
+    }
     return pairs / static_cast<double>(of.size());
   }
 };
@@ -188,9 +191,11 @@ void plan_scattered(const HeightMesh& mesh, const MinMax& x, const MinMax& y, Pl
   constexpr double kCrowd = 32;
   const std::size_t most_bins = std::max(std::size_t{1} << 24, 4 * mesh.vertices());
   Bins bins = cut();
-  while (bins.company() > kCrowd && 4 * bins.start.size() <= most_bins && plan.bin_shift > 4) {
+  plan.bin_company = bins.company();
+  while (plan.bin_company > kCrowd && 4 * bins.start.size() <= most_bins && plan.bin_shift > 4) {
     --plan.bin_shift;
     bins = cut();
+    plan.bin_company = bins.company();
   }
   plan.bin_start = std::move(bins.start);
   take_vertices(mesh, sorted_by(bins.of, plan.bin_start.size() - 1), at, plan, clockwise);

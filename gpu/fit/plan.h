@@ -36,6 +36,7 @@ struct Plan {
   std::vector<std::uint32_t> bin_start;
   std::int32_t bin_columns = 0, bin_rows = 0;
   int bin_shift = 0;
+  double bin_company = 0;  ///< vertices that a vertex shares its bin with, on average
 
   bool is_lattice() const { return columns > 0; }
   Point point_of_sample(std::uint32_t i) const {

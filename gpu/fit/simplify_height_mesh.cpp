@@ -7,6 +7,7 @@
 #include "gpu/device/device_lost.h"
 #include "gpu/fit/check.h"
 #include "gpu/fit/engine.h"
+#include "gpu/fit/steps/crew.h"
 #include "gpu/fit/vertical_error.h"
 #include "proto/numbers.h"
 
@@ -53,9 +54,12 @@ double rounding_m(const HeightMesh& mesh) {
 
 /// Plan and heights are kept to a share of what the mesh spans: with parts far away, or heights that mean that there is no data,
 /// to less than an error asks for. The report gets what was measured.
-std::optional<proto::Problem> find_broken_promise(const HeightMesh& mesh, double error_m, SimplifiedMesh& result) {
+std::optional<proto::Problem> find_broken_promise(const HeightMesh& mesh, double error_m, unsigned threads,
+                                                  SimplifiedMesh& result) {
   const HeightMesh& made = result.mesh;
-  const VerticalError error = vertical_error({made.x, made.y, made.z, made.triangles}, {mesh.x, mesh.y, mesh.z});
+  Crew crew(threads);
+  const auto error = vertical_error({made.x, made.y, made.z, made.triangles}, {mesh.x, mesh.y, mesh.z}, crew.threads(),
+                                    [&](std::size_t shares, const auto& work) { crew.share(shares, work); });
   result.report.max_error_m = error.max, result.report.rmse_m = error.rmse;
   if (error.max <= error_m || error.max <= error_m + rounding_m(mesh)) return {};
   std::string detail = "no surface was found within the error: vertex " + std::to_string(error.worst) + " is ";
@@ -80,7 +84,7 @@ proto::Result<SimplifiedMesh> simplify(const HeightMesh& mesh, const MeshTarget&
   const Plan plan = make_plan(mesh, clockwise);
   if (!plan.is_lattice()) {
     if (auto problem = find_step(mesh)) return *problem;
-    if (auto problem = find_crowd(mesh, plan.bin_start)) return *problem;
+    if (auto problem = find_crowd(mesh, plan.bin_company)) return *problem;
   }
   SimplifiedMesh result;
   result.report.stages.push_back({"plan", std::chrono::duration<double>(Clock::now() - start).count()});
@@ -103,7 +107,7 @@ proto::Result<SimplifiedMesh> simplify(const HeightMesh& mesh, const MeshTarget&
   for (const proto::StageTime& stage : result.report.stages) result.report.seconds += stage.seconds;
   result.report.device = (*engine)->device();
   if (request.by_error) {
-    if (auto problem = find_broken_promise(mesh, request.error_m, result)) return *problem;
+    if (auto problem = find_broken_promise(mesh, request.error_m, options.threads, result)) return *problem;
   }
   return result;
 }

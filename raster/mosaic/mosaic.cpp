@@ -129,10 +129,13 @@ class Mosaic final : public Source {
         };
         const std::int64_t up = there.columns;
         const std::array<std::size_t, 4> around{owner(0), owner(1), owner(up), owner(up + 1)};
+        if (std::ranges::all_of(around, [&](std::size_t one) { return one == layer; })) {
+          out.push_back(pixel);
+          continue;
+        }
         const auto shapes = shapes_surface(layer, around, numbers[k]);
         if (!shapes.ok()) return shapes.problem();
-        const bool alone = std::ranges::all_of(around, [&](std::size_t one) { return one == layer; });
-        if (*shapes && (alone || at_seams.insert(rounded(pixel)).second)) out.push_back(pixel);
+        if (*shapes && at_seams.insert(rounded(pixel)).second) out.push_back(pixel);
       }
     }
     last_ = LastLaid{lattice.finest_level, cells, std::move(*surface)};
@@ -271,15 +274,17 @@ class Mosaic final : public Source {
   proto::Result<bool> is_same_pixel(std::size_t member, const PixelNumber& pixel, std::size_t other) {
     const auto there = neighbours_.number_in(other, member, pixel);
     if (!there) return false;
-    double height_m[2];
-    for (const auto& [which, number] : {std::pair{member, pixel}, {other, *there}}) {
-      const auto source = opened(which);
-      if (!source.ok()) return source.problem();
-      std::vector<double> one;
-      if (auto done = (*source)->own_pixels({number.column, number.row, 1, 1}, one); !done.ok()) return done.problem();
-      height_m[which == member ? 0 : 1] = one.front();
-    }
-    return height_m[0] == height_m[1];
+    const auto here_m = pixel_m(member, pixel), there_m = pixel_m(other, *there);
+    if (!here_m.ok()) return here_m.problem();
+    if (!there_m.ok()) return there_m.problem();
+    return *here_m == *there_m;
+  }
+  proto::Result<double> pixel_m(std::size_t member, const PixelNumber& pixel) {
+    const auto source = opened(member);
+    if (!source.ok()) return source.problem();
+    std::vector<double> height_m;
+    if (auto done = (*source)->own_pixels({pixel.column, pixel.row, 1, 1}, height_m); !done.ok()) return done.problem();
+    return height_m.front();
   }
 
   /// Whether no pixel of a layer shapes the surface between vertices of these owners.

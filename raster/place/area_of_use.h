@@ -13,6 +13,8 @@ struct AreaOfUse {
   Area stated;  ///< as PROJ's database has it
   Area usual;   ///< of a UTM zone with the zones beside it and the other hemisphere, where it is used as well
 };
+/// So far away nobody draws a map of a country or a continent.
+inline constexpr double kAbsurd_deg = 30;
 /// None: nobody states one.
 std::optional<AreaOfUse> area_of_use(const OGRSpatialReference& srs);
 

@@ -21,9 +21,6 @@ using proto::Problem;
 constexpr const char* kAcceptedCrs =
     "a geographic or projected CRS that PROJ can take to WGS 84, e.g. EPSG:25832, a PROJ string or WKT";
 
-/// A CRS given in a request or by a stranger's file is a definition, never a file or an address to fetch.
-constexpr const char* kSealed[] = {"ALLOW_NETWORK_ACCESS=NO", "ALLOW_FILE_ACCESS=NO", nullptr};
-
 /// The name we give to a vertical CRS: one of ours when we know its geoid, else its own.
 std::string known_datum(const OGRSpatialReference& srs) {
   const std::string own = text_of(srs.GetAttrValue("VERT_CS"));
@@ -94,7 +91,7 @@ std::string as_input(const std::string& requested) {
 
 proto::Result<OGRSpatialReference> parse(const std::string& requested) {
   OGRSpatialReference srs;
-  if (srs.SetFromUserInput(as_input(requested).c_str(), kSealed) != OGRERR_NONE)
+  if (srs.SetFromUserInput(as_input(requested).c_str(), kSealedCrs) != OGRERR_NONE)
     return Problem{"crs-unknown", "crs=" + proto::shown_text(requested) + " is no coordinate reference system that PROJ knows",
                    kAcceptedCrs, "crs"};
   return srs;
@@ -139,7 +136,7 @@ std::optional<OGRSpatialReference> crs_beside(const Dataset& dataset) {
   if (!is_small_file(pam)) return std::nullopt;
   const CPLXMLTreeCloser tree(CPLParseXMLFile(pam.c_str()));
   const char* const text = CPLGetXMLValue(tree.get(), "=PAMDataset.SRS", nullptr);
-  if (text != nullptr && srs.SetFromUserInput(text, kSealed) == OGRERR_NONE && !srs.IsEmpty()) return srs;
+  if (text != nullptr && srs.SetFromUserInput(text, kSealedCrs) == OGRERR_NONE && !srs.IsEmpty()) return srs;
   return std::nullopt;
 }
 

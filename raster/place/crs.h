@@ -25,6 +25,9 @@ struct Crs {
 /// Compound and 3D systems are taken apart, so that a horizontal transformation cannot shift heights behind our back.
 proto::Result<Crs> resolve_crs(const Dataset& dataset, const std::string& requested);
 
+/// A CRS given in a request or by a stranger's file is a definition, never a file or an address to fetch.
+inline constexpr const char* kSealedCrs[] = {"ALLOW_NETWORK_ACCESS=NO", "ALLOW_FILE_ACCESS=NO", nullptr};
+
 /// As WKT 2; empty when it cannot be written.
 std::string wkt_of(const OGRSpatialReference& srs);
 

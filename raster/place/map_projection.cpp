@@ -3,10 +3,10 @@
 #include <ogr_spatialref.h>
 
 #include <cmath>
-#include <cstdlib>
 
 #include "raster/gdal/gdal_scope.h"
 #include "raster/place/area_of_use.h"
+#include "raster/place/crs.h"
 #include "raster/place/crs_label.h"
 #include "raster/place/transform.h"
 
@@ -14,9 +14,6 @@ namespace cordillera::raster {
 namespace {
 
 using proto::Problem;
-
-/// From where it is meant to be used; nobody draws such a map.
-constexpr double kAbsurd_deg = 30;
 
 constexpr const char* kAccepted = "the code of a projected CRS that holds the data, such as EPSG:";
 
@@ -38,8 +35,7 @@ proto::Result<MapProjection> MapProjection::open(const std::string& code, double
   const GdalScope scope(Trust::posted_file);
   const std::string accepted = kAccepted + code_around(longitude_deg, latitude_deg);
   OGRSpatialReference srs;
-  const char* const sealed[] = {"ALLOW_NETWORK_ACCESS=NO", "ALLOW_FILE_ACCESS=NO", nullptr};
-  if (srs.SetFromUserInput(code.c_str(), sealed) != OGRERR_NONE)
+  if (srs.SetFromUserInput(code.c_str(), kSealedCrs) != OGRERR_NONE)
     return Problem{"crs-unknown", code + " is no coordinate reference system that PROJ knows", accepted, "frame"};
   MapProjection map;
   map.code_ = code;

@@ -160,7 +160,7 @@ proto::Result<void> Placement::make_transform(const Dataset& dataset, const Crs&
 /// kilometres away, in a projection of a country. Maps around a pole and those whose x is longitude reach as far as one likes,
 /// and degrees are degrees everywhere.
 proto::Result<void> Placement::compare_with_area_of_use(const Dataset& dataset, const Crs& crs) {
-  constexpr double kFar_deg = 5, kAbsurd_deg = 30, kNearPole_deg = 85;
+  constexpr double kFar_deg = 5, kNearPole_deg = 85;
   const auto use = area_of_use(crs.horizontal);
   if (!use) return {};
   double x[9], y[9];

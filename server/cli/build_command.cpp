@@ -15,6 +15,7 @@
 #include "pipeline/faces/tilejson.h"
 #include "pipeline/faces/tiles_3d/photo_texture.h"
 #include "pipeline/faces/web_mercator.h"
+#include "proto/paths.h"
 #include "raster/disk/file_lock.h"
 #include "raster/disk/private_folder.h"
 #include "raster/place/area.h"
@@ -37,13 +38,10 @@ namespace fs = std::filesystem;
 
 /// Of several rasters: the folder's that they lie in, else the output's, without the ending of a file.
 std::string name_of_several(const BuildLine& line) {
-  const auto last = [](const fs::path& path) {
-    const fs::path place = fs::absolute(path).lexically_normal();
-    return (place.has_filename() ? place : place.parent_path()).filename();
-  };
   std::error_code error;
-  if (line.rasters.size() == 1 && fs::is_directory(line.rasters.front(), error)) return last(line.rasters.front()).string();
-  const fs::path name = last(line.output);
+  if (line.rasters.size() == 1 && fs::is_directory(line.rasters.front(), error))
+    return proto::place_of(line.rasters.front()).filename().string();
+  const fs::path name = proto::place_of(line.output).filename();
   return (line.output.ends_with(".sqlite") || is_export_name(line.output) ? name.stem() : name).string();
 }
 
@@ -137,9 +135,7 @@ int build_folder(pipeline::BuildRequest request, const BuildLine& line, const pi
     fail(no_such_file("build", line.output));
     return kUsage;
   }
-  // "out/" and "out" are one folder.
-  fs::path place = fs::absolute(line.output).lexically_normal();
-  if (!place.has_filename()) place = place.parent_path();
+  const fs::path place = proto::place_of(line.output);
   if (const auto usable = pipeline::check_export_folder(place.string(), line.other); !usable) return fail(usable.problem());
   const unsigned threads = request.options.threads();
   return build_beside(std::move(request), line, place,

@@ -8,6 +8,7 @@
 #include "pipeline/faces/tiles_3d/photo_texture.h"
 #include "pipeline/work/publish.h"
 #include "pipeline/work/work_plan.h"
+#include "proto/paths.h"
 #include "raster/disk/file_lock.h"
 #include "raster/disk/private_folder.h"
 #include "raster/storage/storage.h"
@@ -117,8 +118,7 @@ int publish_command(const PublishLine& line) {
     return give_up({"storage-write", "no folder can be made in " + fs::temp_directory_path().string(),
                     "a TMPDIR with room for the dataset", ""});
   }
-  fs::path place = fs::absolute(remote ? elsewhere->place("dataset.sqlite") : line.output).lexically_normal();
-  if (!place.has_filename()) place = place.parent_path();
+  const fs::path place = proto::place_of(remote ? elsewhere->place("dataset.sqlite") : line.output);
   if (const auto prepared = prepare_parent(line, place); !prepared) return give_up(prepared.problem());
   const raster::FileLock lock(place.string() + ".publishing.lock");
   if (lock.others()) return give_up(at_work_there(place.string()));

@@ -15,6 +15,7 @@
 #include "pipeline/work/work.h"
 #include "pipeline/work/work_plan.h"
 #include "proto/cores.h"
+#include "proto/paths.h"
 #include "proto/utf8.h"
 #include "raster/disk/private_folder.h"
 #include "raster/disk/this_machine.h"
@@ -174,8 +175,7 @@ proto::Result<void> check_plan_folder(const std::string& folder) {
 /// A single raster gives its name to its dataset, several the folder of their plan, as those of build do.
 std::string name_of_plan(const std::vector<raster::MosaicMember>& members, const std::string& folder) {
   if (members.size() == 1) return fs::path(members.front().path).filename().string();
-  const fs::path place = fs::path(folder).lexically_normal();
-  return (place.has_filename() ? place : place.parent_path()).filename().string();
+  return proto::place_of(folder).filename().string();
 }
 
 }  // namespace

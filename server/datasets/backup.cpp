@@ -215,8 +215,7 @@ std::optional<std::string> something_in(const fs::path& folder) {
 /// Somewhere beside `to`, or in it if it is there. It is given away only when everything is there.
 proto::Result<BackedUp> in_place(const fs::path& to, const std::function<BackedUp(const fs::path& work)>& make) {
   std::error_code error;
-  fs::path place = fs::absolute(to).lexically_normal();
-  if (!place.has_filename()) place = place.parent_path();
+  const fs::path place = proto::place_of(to);
   const bool there = fs::exists(place, error);
   if (there && !fs::is_directory(place, error)) return cannot(place.string(), "it exists and is no folder");
   const fs::path parent = there ? place : place.parent_path();

@@ -149,11 +149,11 @@ export function zoom(widget, tileset, factor) {
   camera.move(camera.direction, distance * (1 - factor));
 }
 
-// Turns about what the middle of the window shows. The pitch is that at this place, from which the camera's own differs as the Earth is round.
-function turn(widget, tileset, turned) {
-  const { camera } = widget, target = middle(widget, tileset), { heading, pitch } = turned({ heading: camera.heading, pitch: camera.pitch });
-  if (!target) return camera.setView({ orientation: { heading, pitch, roll: 0 } });
-  return look_at(camera, target, heading, pitch === camera.pitch ? pitch_at(target, camera.positionWC) : pitch, Cartesian3.distance(camera.positionWC, target));
+// Turns about what the middle of the window shows. The pitch that stays is that at this place, from which the camera's own differs as the Earth is round.
+function turn(widget, tileset, { heading, pitch }) {
+  const { camera } = widget, target = middle(widget, tileset);
+  if (!target) return camera.setView({ orientation: { heading, pitch: pitch ?? camera.pitch, roll: 0 } });
+  return look_at(camera, target, heading, pitch ?? pitch_at(target, camera.positionWC), Cartesian3.distance(camera.positionWC, target));
 }
 function look_at(camera, target, heading, pitch, distance) {
   camera.lookAt(target, new HeadingPitchRange(heading, pitch, distance));
@@ -166,14 +166,14 @@ function pitch_at(target, from) {
 
 // With north up already, a quarter on: all sides are seen without dragging.
 export function face_north(widget, tileset) {
-  const is_north = (heading) => Math.abs(CesiumMath.negativePiToPi(heading)) < kNearly_rad;
-  turn(widget, tileset, ({ heading, pitch }) => ({ heading: is_north(heading) ? CesiumMath.PI_OVER_TWO : 0, pitch }));
+  const is_north = Math.abs(CesiumMath.negativePiToPi(widget.camera.heading)) < kNearly_rad;
+  turn(widget, tileset, { heading: is_north ? CesiumMath.PI_OVER_TWO : 0 });
 }
 
 // Straight down, or from the side where it does so already.
 export function tilt(widget, tileset) {
-  const is_down = (pitch) => pitch + CesiumMath.PI_OVER_TWO < kNearly_rad;
-  turn(widget, tileset, ({ heading, pitch }) => ({ heading, pitch: is_down(pitch) ? CesiumMath.toRadians(kTallPitch_deg) : -CesiumMath.PI_OVER_TWO }));
+  const { heading, pitch } = widget.camera, is_down = pitch + CesiumMath.PI_OVER_TWO < kNearly_rad;
+  turn(widget, tileset, { heading, pitch: is_down ? CesiumMath.toRadians(kTallPitch_deg) : -CesiumMath.PI_OVER_TWO });
 }
 
 // A place of the window comes to its middle, and nearer.

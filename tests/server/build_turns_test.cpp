@@ -71,19 +71,8 @@ TEST(BuildTime, GrowsWithWhatWasSent) {
 }
 
 /// The status of a post that waits for its build by this runner.
-int post(const Settings& given, const JobRunner& runner, const std::string& body) {
-  TempFolder folder;
-  Settings settings = given;
-  settings.serve.data = (folder.path() / "data").string();
-  auto service = Service::open(settings, runner);
-  if (!service) throw std::runtime_error(service.problem().line());
-  Api api(**service);
-  Request request;
-  request.method = "POST";
-  request.path = "/v1/datasets";
-  request.headers = {{"content-length", std::to_string(body.size())}, {"prefer", "wait=600"}};
-  request.read_body = [&](const Request::Sink& sink) { return sink(body); };
-  return TestService::settled(api.handle(request)).status;
+int post(const Settings& settings, const JobRunner& runner, const std::string& body) {
+  return TestService(settings, runner).post(body, {}, {{"prefer", "wait=600"}}).status;
 }
 
 TEST(BuildTime, IsToldToTheJob) {
@@ -158,24 +147,14 @@ TEST(PassingTrouble, OfDescriptorsIsTriedAgain) {
     setrlimit(RLIMIT_NOFILE, &none);
     return proto::Result<std::optional<proto::Estimate>>(proto::Problem{"service-busy", "no descriptor is left", "", ""});
   };
-  TempFolder folder;
-  Settings settings;
-  settings.serve.data = (folder.path() / "data").string();
-  auto service = Service::open(settings, runner);
-  ASSERT_TRUE(service);
-  Api api(**service);
+  TestService test({}, runner);
   const std::shared_ptr<void> after(
       nullptr, [&](void*) { setrlimit(RLIMIT_NOFILE, &before); });  // first of all: a folder that is removed is opened
-  Request request;
-  request.method = "POST";
-  request.path = "/v1/datasets";
-  request.headers = {{"content-length", "4"}};
-  request.read_body = [](const Request::Sink& sink) { return sink("GOOD"); };
-  EXPECT_EQ(api.handle(request).status, 202);
+  EXPECT_EQ(test.post("GOOD").status, 202);
   posted = true;
   // The second attempt cannot even write what it is to do.
   EXPECT_TRUE(eventually([&] {
-    const auto rows = (*service)->registry().list();
+    const auto rows = test.service().registry().list();
     return rows.size() == 1 && rows[0]->problem && rows[0]->problem->type == "storage-full";
   }));
 }
@@ -189,31 +168,17 @@ TEST(PassingTrouble, AVersionThatCannotGoOnIsBegunAnew) {
     if (std::filesystem::exists(store)) return proto::Problem{"store-write", "the store is malformed", "", ""};
     return proto::Problem{"raster-unreadable", "an end", "", ""};
   };
-  TempFolder folder;
-  Settings settings;
-  settings.serve.data = (folder.path() / "data").string();
-  auto service = Service::open(settings, runner);
-  ASSERT_TRUE(service);
-  Api api(**service);
-  Request request;
-  request.method = "POST";
-  request.path = "/v1/datasets";
-  request.query = {{"updates", "1"}, {"provisional", "off"}};
-  request.headers = {{"content-length", "4"}};
-  request.read_body = [](const Request::Sink& sink) { return sink("GOOD"); };
-  const Response posted = api.handle(request);
+  TestService test({}, runner);
+  const Response posted = test.post("GOOD", {{"updates", "1"}, {"provisional", "off"}});
   ASSERT_EQ(posted.status, 202) << posted.bytes();
-  Request asks;
-  asks.path = "/v1/datasets/" + posted_id(posted) + "/sources";
   Json last;
   EXPECT_TRUE(eventually([&] {
-    Json now = body_of(TestService::plain(api.handle(asks)));
-    last = now["changes"][0];
+    last = body_of(test.get("/v1/datasets/" + posted_id(posted) + "/sources"))["changes"][0];
     return last["error"].is_object();
   }));
   EXPECT_EQ(last["state"], "pending");
   EXPECT_EQ(last["error"]["detail"], "the store is malformed");
-  const Registry& registry = (*service)->registry();
+  const Registry& registry = test.service().registry();
   ASSERT_TRUE(eventually([&] { return registry.list()[0]->state == State::failed || runs > 4; }));
   EXPECT_EQ(runs, 4) << "three with the same store";
   EXPECT_EQ(registry.list()[0]->state, State::failed);

@@ -166,7 +166,7 @@ inline proto::Result<std::optional<proto::Estimate>> play_job(const std::filesys
 /// A service with played jobs.
 class TestService {
  public:
-  explicit TestService(Settings settings = {}) {
+  explicit TestService(Settings settings = {}, JobRunner runner = play_job) : runner_(std::move(runner)) {
     settings.serve.data = (folder_.path() / "data").string();
     if (settings.build.attribution().empty()) settings.build.set_attribution("Somebody");  // as make_store has it
     settings.serve.web = (folder_.path() / "web").string();
@@ -174,7 +174,7 @@ class TestService {
     start();
   }
   void start() {
-    auto opened = Service::open(settings_, play_job);
+    auto opened = Service::open(settings_, runner_);
     if (!opened) throw std::runtime_error(opened.problem().line());
     service_ = std::move(opened.value());
     api_ = std::make_unique<Api>(*service_);
@@ -244,6 +244,7 @@ class TestService {
 
  private:
   TempFolder folder_;
+  JobRunner runner_;
   Settings settings_;
   std::unique_ptr<Service> service_;
   std::unique_ptr<Api> api_;

@@ -73,8 +73,7 @@ std::string json_of(const ExtractedMesh& mesh, const proto::Manifest& manifest, 
   root["scene"] = 0;
   root["scenes"] = Json::array({{{"nodes", Json::array({0})}}});
   Json node = {{"mesh", 0}};
-  if (mesh.frame == MeshFrame::ecef || mesh.frame == MeshFrame::map)
-    node["translation"] = Json::array({translation.x, translation.z, 0 - translation.y});
+  if (is_far(mesh.frame)) node["translation"] = Json::array({translation.x, translation.z, 0 - translation.y});
   root["nodes"] = Json::array({node});
   root["meshes"] = Json::array(
       {{{"primitives",

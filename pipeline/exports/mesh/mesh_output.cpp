@@ -76,8 +76,7 @@ std::string_view media_type(MeshKind kind) { return kKinds[static_cast<std::size
 
 proto::Result<void> check_frame(MeshKind kind, MeshFrame frame) {
   const bool degrees = frame == MeshFrame::geodetic && (kind == MeshKind::glb || kind == MeshKind::stl);
-  const bool far = frame == MeshFrame::ecef || frame == MeshFrame::map;  // glTF has a translation for these
-  if (!degrees && !(far && kind == MeshKind::stl)) return {};
+  if (!degrees && !(is_far(frame) && kind == MeshKind::stl)) return {};
   const std::string format(kKinds[static_cast<std::size_t>(kind)].ending);
   return proto::Problem{
       "options-conflict", "." + format + " has 32-bit floats, which would move such coordinates by half a metre and more",

@@ -20,6 +20,9 @@ enum class MeshFrame : std::uint8_t {
   map,       ///< east and north of a projected CRS, height above the geoid (Terrain::geoid_name), all in the CRS's unit
 };
 
+/// So far from zero that 32-bit floats count from a translation.
+inline bool is_far(MeshFrame frame) { return frame == MeshFrame::ecef || frame == MeshFrame::map; }
+
 struct MeshRequest {
   std::optional<proto::TileAddress> tile;  ///< this tile alone; no level and no box then
   std::optional<int> level;                ///< none: the finest that stays within most_triangles
