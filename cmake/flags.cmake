@@ -16,6 +16,13 @@ if(CORDILLERA_SANITIZE)
   target_link_options(cordillera_flags INTERFACE -fsanitize=${CORDILLERA_SANITIZE})
 endif()
 
+# Most sources are compiled in batches, with headers that are parsed once. OFF compiles each for itself: then a file that does not include what it uses is an
+# error. Fuzzers are few and always apart.
+option(CORDILLERA_BATCHES "Compile sources in batches, with precompiled headers" ON)
+if(CORDILLERA_FUZZ)
+  set(CORDILLERA_BATCHES OFF)
+endif()
+
 # So many sources after another are a batch; the first ones are batch 0.
 function(cordillera_batches size)
   set(at 0)
@@ -27,10 +34,10 @@ function(cordillera_batches size)
 endfunction()
 
 # cordillera_unity(target [BATCH count] [SPREAD source...] [ALONE source...]): sources of a target are compiled twelve, or count, as one, so that their
-# headers are parsed once for all of them. Not beside ccache either. SPREAD are sources of one kind, whose anonymous namespaces hold the same names: there
+# headers are parsed once for all of them. SPREAD are sources of one kind, whose anonymous namespaces hold the same names: there
 # is one of them in a batch at most. ALONE are compiled each for itself.
 function(cordillera_unity target)
-  if(CORDILLERA_CCACHE OR CORDILLERA_FUZZ)
+  if(NOT CORDILLERA_BATCHES)
     return()
   endif()
   cmake_parse_arguments(U "" "BATCH" "SPREAD;ALONE" ${ARGN})
@@ -57,7 +64,7 @@ function(cordillera_kernels target)
     return()
   endif()
   set(kernels ${ARGN})
-  if(NOT CORDILLERA_CCACHE)
+  if(CORDILLERA_BATCHES)
     file(RELATIVE_PATH folder ${CMAKE_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
     list(TRANSFORM kernels PREPEND "#include \"${folder}/" OUTPUT_VARIABLE lines)
     list(TRANSFORM lines APPEND "\"\n")
@@ -71,9 +78,9 @@ function(cordillera_kernels target)
 endfunction()
 
 # cordillera_precompile(target header...): headers that nearly every file of a target reads are parsed once. A fifth of the time of a first
-# build. Not beside ccache, which is better at a second one, and leaves every file to name what it uses.
+# build.
 function(cordillera_precompile target)
-  if(NOT CORDILLERA_CCACHE AND NOT CORDILLERA_FUZZ)
+  if(CORDILLERA_BATCHES)
     target_precompile_headers(${target} PRIVATE <algorithm> <cmath> <filesystem> <functional> <map> <memory> <string> <vector> ${ARGN})
   endif()
 endfunction()
@@ -81,7 +88,7 @@ endfunction()
 # cordillera_precompile_test(target optimisation library...): gtest, gmock and what nearly every test of these libraries reads, parsed once for all test
 # programs of the same kind. A third to a half of the time of a small one. All of a kind have one optimisation.
 function(cordillera_precompile_test target optimisation)
-  if(CORDILLERA_CCACHE OR CORDILLERA_FUZZ)
+  if(NOT CORDILLERA_BATCHES)
     return()
   endif()
   set(kind plain)

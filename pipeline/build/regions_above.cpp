@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "pipeline/build/build.h"
 #include "pipeline/build/exact/error_statement.h"
 #include "pipeline/build/exact/exact_above.h"
 #include "pipeline/build/exact/ground_meter.h"

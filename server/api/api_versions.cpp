@@ -50,11 +50,11 @@ proto::Result<std::optional<std::uint32_t>> wanted(const Request& request) {
 }
 
 proto::Result<void> go_back(Service& service, const std::string& id, std::optional<std::uint32_t> number) {
-  const std::uint32_t served = service.ledger().current(id).number();
-  if (number == served) return {};
-  const auto kept = kept_numbers(service.layout().dataset(id));
+  const proto::DatasetVersion served = service.ledger().current(id);
+  if (number == served.number()) return {};
+  const auto kept = kept_numbers(service.layout().dataset(id), served);
   const auto found =
-      std::find_if(kept.begin(), kept.end(), [&](std::uint32_t one) { return number ? one == *number : one < served; });
+      std::find_if(kept.begin(), kept.end(), [&](std::uint32_t one) { return number ? one == *number : one < served.number(); });
   if (found == kept.end()) {
     return Problem{"version-unknown",
                    number ? "version " + std::to_string(*number) + " is not kept" : std::string("no earlier version is kept"),
@@ -93,7 +93,7 @@ Response versions(Service& service, const Request&, const Dataset& dataset) {
   Json json;
   json["versions"] = Json::array({version_json(served, opened.terrain->manifest(), true)});
   const fs::path folder = service.layout().dataset(dataset.id);
-  for (const std::uint32_t number : kept_numbers(folder)) {
+  for (const std::uint32_t number : kept_numbers(folder, served)) {
     const auto version = version_in(kept_store(folder, number));
     if (!version) (void)service.library().damaged(dataset.id, version.problem().detail);  // the others are there
     const auto terrain = service.archive().open(dataset.id, number);

@@ -117,7 +117,7 @@ fs::path kept_store(const fs::path& folder, std::uint32_t number) {
   return folder / kVersions / (std::to_string(number) + ".sqlite");
 }
 
-std::vector<std::uint32_t> kept_numbers(const fs::path& folder) {
+std::vector<std::uint32_t> kept_numbers(const fs::path& folder, const proto::DatasetVersion& served) {
   std::vector<std::uint32_t> numbers;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder / kVersions, error)) {
@@ -125,6 +125,15 @@ std::vector<std::uint32_t> kept_numbers(const fs::path& folder) {
     if (number && entry.path() == kept_store(folder, *number)) numbers.push_back(*number);
   }
   std::sort(numbers.rbegin(), numbers.rend());
+  auto next = numbers.begin();
+  for (std::uint32_t before = served.before(); before != 0;) {
+    const auto found = std::find(next, numbers.end(), before);
+    if (found == numbers.end()) break;
+    std::rotate(next, found, found + 1);
+    const auto version = version_in(kept_store(folder, before));
+    before = version && *version ? (*version)->before() : 0;
+    ++next;
+  }
   return numbers;
 }
 
@@ -309,7 +318,7 @@ void Ledger::tidy(const std::string& id, std::size_t keep) {
   if (*served) name_sources((*served)->sources());
   std::vector<fs::path> places = {folder, folder / kVersions};
   bool all_named = true;
-  std::vector<std::uint32_t> kept = kept_numbers(folder);
+  std::vector<std::uint32_t> kept = kept_numbers(folder, served->value_or(proto::DatasetVersion()));
   kept.resize(std::min(keep, kept.size()));
   for (const std::uint32_t number : kept) {
     named.insert(kept_store(folder, number));

@@ -42,8 +42,9 @@ bool is_changeable(const std::filesystem::path& folder);
 /// Whether a version of it is to be built: a job in the folder builds that.
 bool has_target(const std::filesystem::path& folder);
 std::filesystem::path kept_store(const std::filesystem::path& folder, std::uint32_t number);
-/// Numbers of the earlier versions that are kept, greatest first.
-std::vector<std::uint32_t> kept_numbers(const std::filesystem::path& folder);
+/// Numbers of the other versions that are kept: the one that was served before `served` first, then the one before that. Those
+/// that were never before it follow, greatest first.
+std::vector<std::uint32_t> kept_numbers(const std::filesystem::path& folder, const proto::DatasetVersion& served = {});
 /// What the store of a dataset whose rasters can be changed was made of; nullopt: no such file. Problem: "store-damaged".
 proto::Result<std::optional<proto::DatasetVersion>> version_in(const std::filesystem::path& store);
 
@@ -84,8 +85,8 @@ class Ledger {
   void note_waiting(const std::string& id, const std::string& change, const proto::Problem& problem);
   /// The first change came to its end.
   proto::Result<void> end(const std::string& id, const std::string& change, const std::optional<proto::Problem>& problem);
-  /// Removes what neither a version nor a pending change names; versions/ keeps the newest `keep`. Where it cannot be told what
-  /// they name, no raster goes. What is shown of a first version while it is made stays.
+  /// Removes what neither a version nor a pending change names; versions/ keeps the first `keep` of kept_numbers(). Where it
+  /// cannot be told what they name, no raster goes. What is shown of a first version while it is made stays.
   void tidy(const std::string& id, std::size_t keep);
   /// Runs while no change comes or goes.
   void apart(const std::function<void()>& work);

@@ -56,6 +56,7 @@ proto::Result<void> prepare(const Layout& layout, const std::string& id, const p
   if (!sources.ok()) return sources.problem();
   proto::DatasetVersion version;
   version.set_number(change.number());
+  version.set_before(served.number());
   version.set_change(change.id());
   version.set_about(about(change));
   version.set_created(now_text());

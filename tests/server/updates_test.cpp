@@ -142,6 +142,23 @@ TEST_F(Updates, APatchTouchesWhatItTouchesAndCanBeTakenBack) {
   EXPECT_EQ(served(), second);
 }
 
+TEST_F(Updates, TheVersionBeforeIsTheOneThatWasServed) {
+  begin({"--keep-versions", "2"});
+  const Bytes first = served();
+  ASSERT_EQ(change("POST", "/sources?name=patch.tif", "patch.tif").body["version"], 2);
+  ASSERT_EQ(change("POST", "/sources?name=other.tif", "other.tif").body["version"], 3);
+  ASSERT_EQ(ask("POST", base_ + "/rollback?to=1").status, 200);
+  ASSERT_EQ(change("POST", "/sources?name=other.tif", "other.tif").body["version"], 4);
+  std::vector<int> numbers;
+  const Json kept = ask("GET", base_ + "/versions").body["versions"];
+  for (const Json& version : kept) numbers.push_back(version["number"]);
+  EXPECT_THAT(numbers, testing::ElementsAre(4, 1, 2));
+  const Said back = ask("POST", base_ + "/rollback");
+  ASSERT_EQ(back.status, 200) << back.bytes;
+  EXPECT_EQ(back.body["versions"][0]["number"], 1) << "the second has the greater number, and was gone when the fourth was made";
+  EXPECT_EQ(served(), first);
+}
+
 TEST_F(Updates, ARasterWithoutDataIsNamed) {
   begin();
   const Bytes before = served();

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "gpu/exact/simplify_block.h"
+#include "gpu/measure/ecef_steps.h"
 #include "gpu/measure/sample_frames.h"
 #include "gpu/refine/refine.h"
 #include "proto/lattice.h"

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "pipeline/plan/block_grid.h"
 #include "pipeline/plan/plan.h"
 
 namespace cordillera::pipeline {
