@@ -7,10 +7,12 @@
 #include <filesystem>
 #include <functional>
 #include <iostream>
+#include <optional>
 #include <utility>
 
 #include "gpu/fit/vertical_error.h"
 #include "pipeline/threads/workers.h"
+#include "proto/mesh_file/join_vertices.h"
 #include "proto/mesh_file/mesh_file.h"
 #include "proto/stop_watch.h"
 #include "server/cli/progress_bar.h"
@@ -114,6 +116,10 @@ proto::Result<gpu::fit::SimplifiedMesh> published(const gpu::fit::HeightMesh& in
   return result;
 }
 
+gpu::fit::HeightMesh height_mesh(TriangleMesh mesh) {
+  return {std::move(mesh.x), std::move(mesh.y), std::move(mesh.z), std::move(mesh.triangles)};
+}
+
 /// That of a file, by its name.
 proto::Problem problem_of(const std::string& path, proto::Problem problem) {
   problem.detail = path + ": " + problem.detail;
@@ -133,12 +139,22 @@ int run(const SimplifyLine& line, const SimplifyRequest& request) {
   report.input_vertices = read.vertices();
   report.input_triangles = read.triangles.size();
 
-  const gpu::fit::HeightMesh input{std::move(read.x), std::move(read.y), std::move(read.z), std::move(read.triangles)};
+  std::optional<TriangleMesh> joined = proto::joined_vertices(read);
+  const gpu::fit::HeightMesh input = height_mesh(std::move(read));
   const std::clock_t before = std::clock();
   report.strategy = request.strategy;
   const auto style = line.show == Show::json ? ProgressBar::Style::none : ProgressBar::where_stderr_goes();
-  auto made = request.cleap ? published(input, *request.cleap, style, report)
-                            : gpu::fit::simplify(input, request.target, request.options);
+  const auto simplified = [&](const gpu::fit::HeightMesh& mesh) {
+    return request.cleap ? published(mesh, *request.cleap, style, report)
+                         : gpu::fit::simplify(mesh, request.target, request.options);
+  };
+  if (joined) report.joined_vertices = input.vertices() - joined->vertices();
+  auto made = simplified(joined ? height_mesh(*std::exchange(joined, {})) : input);
+  if (!made && report.joined_vertices >
+                   0) {  // parts that only touch are no manifold as one; and what is wrong is said with the file's own numbers
+    report.joined_vertices = 0;
+    made = simplified(input);
+  }
   if (!made) return fail(problem_of(line.input, made.problem()));
   report.cpu_seconds = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
   report.simplified = made->report;

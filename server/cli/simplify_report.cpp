@@ -78,6 +78,7 @@ std::string report_json(const SimplifyReport& report) {
             {"input_format", proto::name_of(report.source.format)},
             {"input_vertices", report.input_vertices},
             {"input_triangles", report.input_triangles},
+            {"joined_vertices", report.joined_vertices},
             {"output", report.output},
             {"output_format", proto::name_of(report.written.format)},
             {"output_coordinates", type_name(report.written)},
@@ -103,6 +104,8 @@ std::string report_table(const SimplifyReport& report) {
   const double share = 100.0 * static_cast<double>(simplified.triangles) / static_cast<double>(report.input_triangles);
   std::string text = "input     " + report.input + ": " + proto::name_of(report.source.format) + ", ";
   text += counts(report.input_vertices, report.input_triangles) + "\n";
+  if (report.joined_vertices > 0)
+    text += "joined    " + std::to_string(report.joined_vertices) + " vertices that stand where another one does\n";
   text += "output    " + report.output + ": " + proto::name_of(report.written.format) + ", " + type_name(report.written) + ", ";
   text += counts(simplified.vertices, simplified.triangles) + " (" + digits(share) + " %)\n";
   text += "error     rmse " + digits(report.error.rmse) + " m, greatest " + digits(report.error.max) + " m at vertex ";

@@ -14,6 +14,7 @@ struct SimplifyReport {
   std::string input, output;
   proto::MeshEncoding source, written;
   std::uint64_t input_vertices = 0, input_triangles = 0;
+  std::uint64_t joined_vertices = 0;  ///< of the input, that stand where another one does and became one with it
   std::string strategy = "waves";
   gpu::fit::MeshReport simplified;
   std::optional<gpu::cleap::Report> cleap;  ///< of the published algorithm

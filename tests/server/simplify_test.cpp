@@ -126,6 +126,54 @@ TEST_F(Simplify, ReadsAndWritesEveryFormat) {
   }
 }
 
+/// The mesh with three vertices of its own for each triangle.
+TriangleMesh apart(const TriangleMesh& mesh) {
+  TriangleMesh apart;
+  for (const auto& triangle : mesh.triangles) {
+    const auto first = static_cast<std::uint32_t>(apart.vertices());
+    for (const std::uint32_t v : triangle) {
+      apart.x.push_back(mesh.x[v]);
+      apart.y.push_back(mesh.y[v]);
+      apart.z.push_back(mesh.z[v]);
+    }
+    apart.triangles.push_back({first, first + 1, first + 2});
+  }
+  return apart;
+}
+
+TEST_F(Simplify, VerticesAtOnePlaceAreOne) {
+  const TriangleMesh input = hills(41);
+  write("in.ply", input, {MeshFormat::ply_little_endian, CoordinateType::float64});
+  write("apart.ply", apart(input), {MeshFormat::ply_little_endian, CoordinateType::float64});
+  EXPECT_EQ(report("in.ply -o out.ply --keep 0.1")["joined_vertices"], 0);
+  const Json told = report("apart.ply -o out.ply --keep 0.1");
+  EXPECT_EQ(told["input_vertices"], 9600);
+  EXPECT_EQ(told["joined_vertices"], 9600 - 1681);
+  EXPECT_EQ(told["triangles"], 320);
+  EXPECT_EQ(told["uncovered_vertices"], 0);
+  const TriangleMesh output = result("out.ply");
+  EXPECT_LT(output.vertices(), 200u);
+  const TriangleMesh split = apart(input);
+  EXPECT_EQ(told["max_error_vertex"], gpu::vertical_error(output, {split.x, split.y, split.z}).worst) << "numbers are the file's";
+}
+
+TEST_F(Simplify, PartsThatOnlyTouchStayApart) {
+  TriangleMesh mesh = hills(21);
+  const TriangleMesh one = mesh;
+  const auto last = static_cast<std::uint32_t>(one.vertices());
+  for (std::uint32_t v = 0; v < last; ++v) {  // the first vertex of the second part is the last one of the first
+    mesh.x.push_back(one.x[v] + one.x.back() - one.x[0]);
+    mesh.y.push_back(one.y[v] + one.y.back() - one.y[0]);
+    mesh.z.push_back(one.z[v] + one.z.back() - one.z[0]);
+  }
+  mesh.z[last] = one.z.back();  // rounded otherwise
+  for (const auto& t : one.triangles) mesh.triangles.push_back({t[0] + last, t[1] + last, t[2] + last});
+  write("two.off", mesh, {MeshFormat::off, CoordinateType::float64});
+  const Json told = report("two.off -o out.off --keep 0.2");
+  EXPECT_EQ(told["joined_vertices"], 0);
+  EXPECT_EQ(told["triangles"], 320);
+}
+
 TEST_F(Simplify, FloatsStayFloatsUnlessTheyWouldSpoilIt) {
   TriangleMesh near = hills(21);
   for (double& x : near.x) x -= 412345.5;
