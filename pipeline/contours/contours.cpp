@@ -51,8 +51,11 @@ Interval bearable(const raster::HeightSteps& grid, Interval interval) {
   return {interval.mm * multiple(step)};
 }
 
-proto::Result<Interval> interval_of(const proto::Manifest& manifest, const Place& place) {
-  if (place.interval.empty()) return usual_interval(place.z, manifest.source().max_height() - manifest.source().min_height());
+proto::Result<Interval> interval_of(const Terrain& terrain, const Place& place) {
+  const auto& source = terrain.manifest().source();
+  const Interval chosen{terrain.look().interval_mm};
+  if (place.interval.empty())
+    return chosen.mm > 0 ? at_zoom(chosen, place.z) : usual_interval(place.z, source.max_height() - source.min_height());
   const auto asked = interval_asked(place.interval);
   if (!asked) return asked.problem();
   return at_zoom(*asked, place.z);
@@ -65,7 +68,7 @@ std::string path_at(const Place& place) {
 }
 
 Made tile(const Terrain& terrain, const Place& place) {
-  const auto interval = interval_of(terrain.manifest(), place);
+  const auto interval = interval_of(terrain, place);
   if (!interval) return interval.problem();
   return terrain.kept(path_at(place) + "?" + std::to_string(interval->mm), [&]() -> Made {
     const auto grid = contour_grid(terrain, place);
@@ -109,7 +112,7 @@ Made json(const Terrain& terrain, const Place& place) {
   out["vertical_datum"] = terrain.geoid_name();
   for (int zoom = zooms.first; zoom <= zooms.last; ++zoom) {
     Json entry = faces::zoom_entry(manifest, *extent, zooms, zoom, 0);
-    entry["interval"] = metres(*interval_of(manifest, {.z = zoom, .interval = place.interval}));
+    entry["interval"] = metres(*interval_of(terrain, {.z = zoom, .interval = place.interval}));
     entry["least_interval"] = metres(least_interval(zoom));
     out["zooms"].push_back(std::move(entry));
   }

@@ -31,13 +31,11 @@ enum class Verbosity { all, none };
 
 enum class Show { table, json, problems };
 
-/// What .glb tiles of a folder or of a .3tz look like, as the command line has it. Empty: as Look has it.
+/// What tiles of a folder or of an archive look like, as the command line has it. Empty: as Look has it.
 struct LookWords {
   std::string normals;                 ///< "texture"
   std::string texture, size, quality;  ///< an orthophoto's file; pixels of it a tile's side, "512"; "85"
-
-  /// The option that says more than a dataset holds; null: there is none.
-  const char* given() const;
+  std::string interval;                ///< of contours, "12.192"
 };
 
 struct BuildLine {
@@ -49,7 +47,7 @@ struct BuildLine {
   Show show = Show::table;                            ///< of a dry run
   std::vector<const pipeline::faces::Face*> formats;  ///< of the folder
   std::string only_format;  ///< of an archive, which holds one: its name; empty: the one that export takes
-  LookWords look;           ///< of its .glb tiles
+  LookWords look;           ///< of its tiles
 };
 /// "drc, 3d-tiles, …": every name that formats_of knows.
 std::string face_names();
@@ -61,8 +59,15 @@ proto::Result<void> check_look(const LookWords& look, const std::vector<const pi
 struct LookOption {
   const char *name, *type, *help;
   std::string LookWords::*value;
+  const char* what;      ///< it says more of than a dataset holds: "3D Tiles"
+  const char* faces;     ///< what their faces' names begin with
+  const char* archives;  ///< that hold them, in words
 };
 std::span<const LookOption> look_options();
+/// The first one that was given and is none of these faces; null: there is none.
+const LookOption* look_of_others(const LookWords& look, std::span<const pipeline::faces::Face* const> faces);
+/// A dataset's file has no look of its own.
+proto::Result<void> check_look_of_store(const LookWords& look);
 /// Opens the orthophoto. Problems: "usage", and those of open_orthophoto.
 proto::Result<pipeline::faces::Look> look_of(const LookWords& words);
 /// cordillera build. A dry run says what it found in any case.

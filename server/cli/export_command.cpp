@@ -161,7 +161,6 @@ const Face* face_in_archive(const std::string& output, const std::string& format
 proto::Result<void> check_export(const ExportLine& line) {
   if (line.output.empty()) { return Problem{"usage", "export needs to know where to write", "-o FILE" + endings(), "--output"}; }
   const ArchiveKind* const archive = archive_of(line.output);
-  const char* const look = line.look.given();
   if (archive == nullptr && !mesh_kind(ending_of(line.output))) {
     return Problem{"usage", "the name " + line.output + " does not say what to write", endings(), "--output"};
   }
@@ -175,13 +174,16 @@ proto::Result<void> check_export(const ExportLine& line) {
       return Problem{"usage", "formats are for archives: the file's name says what mesh it is", ".pmtiles, .mbtiles or .3tz",
                      "--format"};
     }
-    if (look != nullptr)
-      return Problem{"usage", std::string(look) + " is for 3D Tiles: a mesh has the normals of its vertices", ".3tz", look};
+    if (const LookOption* const look = look_of_others(line.look, {}))
+      return Problem{"usage", std::string(look->name) + " is for " + look->what + ": " + line.output + " is to be a mesh",
+                     look->archives, look->name};
   } else if (const auto face = face_for(*archive, line.format); !face) {
     return face.problem();
-  } else if (look != nullptr && !fits_3tz(**face)) {
-    return Problem{"usage", std::string(look) + " is for 3D Tiles: " + line.output + " is to hold " + std::string((*face)->name),
-                   "a name that ends with .3tz", look};
+  } else if (const LookOption* const look = look_of_others(line.look, std::span(&*face, 1))) {
+    return Problem{
+        "usage",
+        std::string(look->name) + " is for " + look->what + ": " + line.output + " is to hold " + std::string((*face)->name),
+        look->archives, look->name};
   }
   return check_output_file(line.output, line.other);
 }

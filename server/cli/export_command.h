@@ -10,7 +10,7 @@ struct ExportLine {
   std::string source;
   std::string output;          ///< its ending says what is written
   std::string format;          ///< of an archive: a face's name; empty: the one most programs read
-  LookWords look;              ///< of 3D Tiles
+  LookWords look;              ///< of an archive's tiles
   Given mesh;                  ///< options of a mesh, as given
   std::string most_triangles;  ///< of a mesh; empty: ten million
   std::string threads;         ///< that make the tiles of an archive; empty: one for each usable core

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <sstream>
 
+#include "pipeline/contours/interval.h"
 #include "pipeline/faces/tiles_3d/glb_tile.h"
 #include "raster/photo/orthophoto.h"
 #include "server/cli/commands.h"
@@ -15,7 +16,8 @@ namespace {
 constexpr const char* kUsual = "drc,3d-tiles";
 
 /// What faces with .glb tiles are called, and begin with.
-constexpr std::string_view k3dTiles = "3d-tiles";
+constexpr const char* k3dTiles = "3d-tiles";
+constexpr const char *kOf3dTiles = "3D Tiles", *k3dArchives = ".3tz";
 
 /// Pixels of a texture from side to side: a tile's own cells, or each of them cut in 2, 4 or 8.
 constexpr std::string_view kTextureSizes[] = {"256", "512", "1024", "2048"};
@@ -23,12 +25,16 @@ constexpr std::string_view kTextureSizes[] = {"256", "512", "1024", "2048"};
 constexpr LookOption kLookOptions[] = {
     {"--normals", "NAME",
      "light of 3D Tiles: normals of vertices, a normal map, or nothing [vertex, texture, none; default vertex]",
-     &LookWords::normals},
+     &LookWords::normals, kOf3dTiles, k3dTiles, k3dArchives},
     {"--texture", "PHOTO", "an orthophoto, in any CRS, that is put on 3D Tiles as WebP [bands red, green and blue; alpha too]",
-     &LookWords::texture},
+     &LookWords::texture, kOf3dTiles, k3dTiles, k3dArchives},
     {"--texture-size", "N", "pixels of it a tile's side [256, 512, 1024, 2048; default 256: one a cell of the terrain]",
-     &LookWords::size},
-    {"--texture-quality", "N", "what WebP may lose of it [1 to 99; 100, the default: nothing]", &LookWords::quality},
+     &LookWords::size, kOf3dTiles, k3dTiles, k3dArchives},
+    {"--texture-quality", "N", "what WebP may lose of it [1 to 99; 100, the default: nothing]", &LookWords::quality, kOf3dTiles,
+     k3dTiles, k3dArchives},
+    {"--interval", "METRES",
+     "from contour to contour; coarse zooms take a multiple [1 to 5000, up to three decimals; default: by zoom]",
+     &LookWords::interval, "contours", "contours", ".pmtiles or .mbtiles, with --format contours"},
 };
 
 proto::Problem wrong_look(const std::string& option, const std::string& what, const std::string& accepted) {
@@ -74,17 +80,25 @@ proto::Result<std::vector<const pipeline::faces::Face*>> formats_of(const std::s
 }
 
 proto::Result<void> check_look(const LookWords& look, const std::vector<const pipeline::faces::Face*>& formats) {
-  const char* const given = look.given();
-  const auto is_lit = [](const pipeline::faces::Face* face) { return face->name.starts_with(k3dTiles); };
-  if (given == nullptr || std::any_of(formats.begin(), formats.end(), is_lit)) return {};
-  return proto::Problem{"usage", std::string(given) + " is for 3D Tiles, and --formats leaves them out",
-                        "--formats " + std::string(k3dTiles) + ", or no " + given, given};
+  const LookOption* const other = look_of_others(look, formats);
+  if (other == nullptr) return {};
+  return proto::Problem{"usage", std::string(other->name) + " is for " + other->what + ", which --formats leaves out",
+                        "--formats " + std::string(other->faces) + ", or no " + other->name, other->name};
 }
 
-const char* LookWords::given() const {
-  for (const LookOption& option : kLookOptions)
-    if (!(this->*option.value).empty()) return option.name;
+const LookOption* look_of_others(const LookWords& look, std::span<const pipeline::faces::Face* const> faces) {
+  for (const LookOption& option : kLookOptions) {
+    const auto fits = [&](const pipeline::faces::Face* face) { return face->name.starts_with(option.faces); };
+    if (!(look.*option.value).empty() && std::none_of(faces.begin(), faces.end(), fits)) return &option;
+  }
   return nullptr;
+}
+
+proto::Result<void> check_look_of_store(const LookWords& look) {
+  const LookOption* const given = look_of_others(look, {});
+  if (given == nullptr) return {};
+  return proto::Problem{"usage", std::string(given->name) + " is for a folder or an archive: a file of a dataset gives any",
+                        "-o FOLDER", given->name};
 }
 
 std::span<const LookOption> look_options() { return kLookOptions; }
@@ -94,9 +108,15 @@ proto::Result<pipeline::faces::Look> look_of(const LookWords& words) {
   const auto normals = pipeline::faces::normals_named(words.normals);
   if (!normals) return wrong_look("--normals", "tiles cannot have '" + words.normals + "'", normals.problem().accepted);
   look.normals = *normals;
+  if (!words.interval.empty()) {
+    const auto interval = pipeline::contours::interval_asked(words.interval);
+    if (!interval)
+      return wrong_look("--interval", "'" + words.interval + "' is no interval of contours", interval.problem().accepted);
+    look.interval_mm = interval->mm;
+  }
   if (words.texture.empty()) {
     for (const LookOption& option : kLookOptions)
-      if (option.value != &LookWords::normals && !(words.*option.value).empty())
+      if ((option.value == &LookWords::size || option.value == &LookWords::quality) && !(words.*option.value).empty())
         return wrong_look(option.name, "it is of an orthophoto, and none is named", "--texture PHOTO, too");
     return look;
   }

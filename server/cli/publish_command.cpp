@@ -55,9 +55,7 @@ proto::Result<void> check_publish(const PublishLine& line) {
   if (written == Written::exported) return check_export(export_line(line));
   if (written == Written::folder)
     return means_another_file(line.output) ? no_such_file("publish", line.output) : check_look(line.look, line.formats);
-  if (const char* const given = line.look.given())
-    return Problem{"usage", std::string(given) + " is for a folder: a file of a dataset gives any", "-o FOLDER", given};
-  return {};
+  return check_look_of_store(line.look);
 }
 
 /// The folder that the output lies in: of a folder it is made, as build makes it; of a file it must be there, as for export.

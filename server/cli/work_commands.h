@@ -37,7 +37,7 @@ struct PublishLine {
   bool prune = false;  ///< shards that this plan does not name
   Verbosity words = Verbosity::all;
   std::vector<const pipeline::faces::Face*> formats;
-  LookWords look;  ///< of a folder's .glb tiles
+  LookWords look;  ///< of a folder's tiles
 };
 int publish_command(const PublishLine& line);
 

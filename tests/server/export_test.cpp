@@ -145,6 +145,38 @@ TEST_F(Export, NormalMapsOf3dTiles) {
   EXPECT_EQ(shell(build("-o " + place("b.sqlite") + " -q --max-level 8 --normals none")).code, 2);
 }
 
+TEST_F(Export, ContoursAtAnInterval) {
+  const auto lines = [&](const std::string& folder, const std::string& words) {
+    const Ended built = shell(build("-o " + place(folder) + " -q --max-level 8 --formats contours " + words));
+    EXPECT_EQ(built.code, 0) << built.output;
+    std::string tiles;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(place(folder + "/contours")))
+      if (entry.is_regular_file()) tiles += file_text(entry.path());
+    return tiles;
+  };
+  const std::string usual = lines("usual", ""), chosen = lines("chosen", "--interval 125.5");
+  EXPECT_NE(usual, chosen);
+  EXPECT_EQ(Json::parse(file_text(place("chosen/contours.json")))["zooms"].back()["interval"], 125.5);
+  EXPECT_EQ(
+      lines("same", "--interval " + Json::parse(file_text(place("usual/contours.json")))["zooms"].back()["interval"].dump()),
+      usual);
+  const std::string archive = "-o " + place("a.mbtiles") + " --overwrite --format contours";
+  ASSERT_EQ(exported(archive).code, 0);
+  const std::string before = file_text(place("a.mbtiles"));
+  ASSERT_EQ(exported(archive + " --interval 125.5").code, 0);
+  EXPECT_NE(file_text(place("a.mbtiles")), before);
+  for (const auto& [words, said] :
+       {std::pair{"-o " + place("b.mbtiles") + " --interval 125", "--interval is for contours: "},
+        {"-o " + place("b.glb") + " --interval 125", "is to be a mesh"},
+        {archive + " --interval 0.5", "--interval: '0.5' is no interval of contours; accepted: metres, 1 to 5000"}}) {
+    const Ended refused = exported(words);
+    EXPECT_EQ(refused.code, 2) << words;
+    EXPECT_THAT(refused.output, HasSubstr(said)) << words;
+  }
+  EXPECT_THAT(shell(build("-o " + place("b") + " -q --interval 125")).output,
+              HasSubstr("--interval is for contours, which --formats leaves out"));
+}
+
 TEST_F(Export, AnOrthophotoOn3dTiles) {
   const std::string photo = write_photo("photo", "5"), away = write_photo("away", "40");
   const std::string lossy =
