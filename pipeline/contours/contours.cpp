@@ -111,7 +111,7 @@ Made json(const Terrain& terrain, const Place& place) {
   out["heights"] = "metres above the geoid " + terrain.geoid_name();
   out["vertical_datum"] = terrain.geoid_name();
   for (int zoom = zooms.first; zoom <= zooms.last; ++zoom) {
-    Json entry = faces::zoom_entry(manifest, *extent, zooms, zoom, 0);
+    Json entry = faces::zoom_entry(manifest, *extent, zooms, zoom);
     entry["interval"] = metres(*interval_of(terrain, {.z = zoom, .interval = place.interval}));
     entry["least_interval"] = metres(least_interval(zoom));
     out["zooms"].push_back(std::move(entry));

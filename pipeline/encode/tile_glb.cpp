@@ -1,6 +1,5 @@
 #include "pipeline/encode/tile_glb.h"
 
-#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -13,14 +12,6 @@ namespace {
 
 proto::Problem no_glb(const std::string& why) {
   return {"tile-damaged", "no .glb can be made of the tile: " + why, "a tile of a sound store", ""};
-}
-
-/// By its number, as level_plan() cannot: the plan may be of a damaged store.
-const proto::LevelPlan* level_of(const proto::Plan& plan, std::uint32_t z) {
-  const auto& levels = plan.levels();
-  const auto found =
-      std::find_if(levels.begin(), levels.end(), [&](const proto::LevelPlan& level) { return level.level() == z; });
-  return found == levels.end() ? nullptr : &*found;
 }
 
 }  // namespace
@@ -36,7 +27,7 @@ void take_from_plan(EncodeInput& input, const PublishedMesh& published, const pr
 
 proto::Result<std::string> tile_glb(const proto::Plan& plan, const proto::TileRecord& record, std::string_view drc,
                                     const Shading& shading) {
-  const proto::LevelPlan* const level = level_of(plan, record.level());
+  const proto::LevelPlan* const level = find_level(plan, static_cast<int>(record.level()));
   if (level == nullptr) return no_glb("the plan has no level " + std::to_string(record.level()));
   auto decoded = draco_decode_lattice(drc);
   if (!decoded) return decoded.problem();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 
 #include "pipeline/build/provisional.h"
@@ -32,24 +33,40 @@ Json center(const raster::Area& e, const Zooms& zooms) {
           std::clamp(static_cast<int>(zoom), zooms.first, zooms.last)};
 }
 
-/// How far below the encoding's lowest height the data may reach.
-double cut_off_m(const Terrain& terrain, const raster::Area& extent, double lowest_m) {
-  double lowest_there_m = 0;
-  for (const proto::LevelSummary& level : terrain.manifest().levels())
-    lowest_there_m = std::min(lowest_there_m, level.min_height());
-  if (lowest_there_m - kMostUndulation_m >= lowest_m) return 0;
-  const raster::Area e = raster::unwrapped(extent);
-  double undulation_m = -kMostUndulation_m;
-  constexpr int kPlaces = 8;  // each way
-  for (int y = 0; y <= kPlaces; ++y) {
-    for (int x = 0; x <= kPlaces; ++x) {
-      const auto here = terrain.undulation_m(e.west_deg + (e.east_deg - e.west_deg) * x / kPlaces,
-                                             e.south_deg + (e.north_deg - e.south_deg) * y / kPlaces);
-      if (here.ok()) undulation_m = std::max(undulation_m, *here);
-    }
+/// How far below an encoding's lowest height the levels may reach. A coarse level may go deeper than the data, by its error.
+class CutOff {
+ public:
+  CutOff(const Terrain& terrain, const raster::Area& extent, double lowest_m)
+      : levels_(terrain.manifest().levels()), lowest_m_(lowest_m) {
+    const bool deep = std::any_of(levels_.begin(), levels_.end(), [&](const proto::LevelSummary& level) {
+      return level.min_height() - kMostUndulation_m < lowest_m;
+    });
+    if (deep) undulation_m_ = greatest_undulation_m(terrain, raster::unwrapped(extent));
   }
-  return std::max(lowest_m - (lowest_there_m - undulation_m), 0.0);
-}
+  double at(int level) const {
+    const auto found = std::find_if(levels_.begin(), levels_.end(),
+                                    [&](const proto::LevelSummary& of) { return static_cast<int>(of.level()) == level; });
+    return found == levels_.end() ? 0 : std::max(lowest_m_ - (found->min_height() - undulation_m_), 0.0);
+  }
+
+ private:
+  static double greatest_undulation_m(const Terrain& terrain, const raster::Area& e) {
+    double greatest_m = -kMostUndulation_m;
+    constexpr int kPlaces = 8;  // each way
+    for (int y = 0; y <= kPlaces; ++y) {
+      for (int x = 0; x <= kPlaces; ++x) {
+        const auto here = terrain.undulation_m(e.west_deg + (e.east_deg - e.west_deg) * x / kPlaces,
+                                               e.south_deg + (e.north_deg - e.south_deg) * y / kPlaces);
+        if (here.ok()) greatest_m = std::max(greatest_m, *here);
+      }
+    }
+    return greatest_m;
+  }
+
+  const google::protobuf::RepeatedPtrField<proto::LevelSummary>& levels_;
+  const double lowest_m_;
+  double undulation_m_ = -kMostUndulation_m;  // where no level is so deep, none is with this either
+};
 
 void add_heights(Json& out, const Terrain& terrain, const RasterTileset& tiles) {
   out["encoding"] = tiles.encoding;
@@ -66,7 +83,8 @@ proto::Problem beyond_mercator() {
           "drc, 3d-tiles, quantized-mesh and their kinds, which reach the poles", ""};
 }
 
-Json zoom_entry(const proto::Manifest& manifest, const raster::Area& extent, const Zooms& zooms, int zoom, double rounding_m) {
+Json zoom_entry(const proto::Manifest& manifest, const raster::Area& extent, const Zooms& zooms, int zoom,
+                const std::function<double(int level)>& more_m) {
   const auto [equatorward, poleward] = std::minmax({std::abs(extent.south_deg), std::abs(extent.north_deg)});
   const bool equator = extent.south_deg < 0 && extent.north_deg > 0;
   Json levels = Json::array();
@@ -74,9 +92,10 @@ Json zoom_entry(const proto::Manifest& manifest, const raster::Area& extent, con
   const int finest = level_of(manifest, zooms, zoom, poleward);
   for (int level = level_of(manifest, zooms, zoom, equator ? 0 : equatorward); level <= finest; ++level) {
     levels.push_back(level);
-    error_m = std::max(error_m, stated_error_m(manifest, level));  // none is less than any
+    const auto stated_m = stated_error_m(manifest, level);
+    if (stated_m) error_m = std::max(error_m.value_or(0), *stated_m + (more_m ? more_m(level) : 0));
   }
-  const Json stated = error_m ? Json(std::ceil((*error_m + rounding_m) * 1e4) / 1e4) : Json();
+  const Json stated = error_m ? Json(std::ceil(*error_m * 1e4) / 1e4) : Json();
   return {{"zoom", zoom}, {"levels", std::move(levels)}, {"stated_max_error", stated}};
 }
 
@@ -107,11 +126,12 @@ proto::Result<std::optional<Document>> tilejson(const Terrain& terrain, const Ra
   out["format"] = tiles.format;
   if (!tiles.encoding.empty()) add_heights(out, terrain, tiles);
   if (tiles.more.is_object()) out.update(tiles.more);
-  const double cut_m = cut_off_m(terrain, *extent, tiles.lowest_m);
-  if (cut_m > 0) out["note"] = "the data goes deeper than this encoding, which ends at -10000 m; terrarium.json has all of it";
-  for (int zoom = zooms.first; zoom <= zooms.last; ++zoom) {
-    out["zooms"].push_back(zoom_entry(manifest, *extent, zooms, zoom, tiles.rounding_m + cut_m));
-  }
+  const CutOff cut(terrain, *extent, tiles.lowest_m);
+  if (cut.at(static_cast<int>(manifest.max_level())) > 0)
+    out["note"] = "the data goes deeper than this encoding, which ends at -10000 m; terrarium.json has all of it";
+  const auto more_m = [&](int level) { return tiles.rounding_m + cut.at(level); };
+  for (int zoom = zooms.first; zoom <= zooms.last; ++zoom)
+    out["zooms"].push_back(zoom_entry(manifest, *extent, zooms, zoom, more_m));
   return std::optional(document(out.dump(1, ' ', false, Json::error_handler_t::replace)));
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 // TileJSON 3.0: what a map client is given to open a face of raster tiles.
+#include <functional>
 #include <string_view>
 
 #include "pipeline/encode/json.h"
@@ -22,8 +23,9 @@ struct RasterTileset {
 /// What all of them begin with: names, tiles, zooms and bounds.
 Json tilejson_head(const proto::Manifest& manifest, const raster::Area& extent, const Zooms& zooms, std::string_view tiles);
 /// Which meshes a zoom is drawn from, and how far its heights may be off. Far from the equator pixels are smaller and need finer
-/// levels.
-Json zoom_entry(const proto::Manifest& manifest, const raster::Area& extent, const Zooms& zooms, int zoom, double rounding_m);
+/// levels. more_m: what is added to a level's error; null: nothing.
+Json zoom_entry(const proto::Manifest& manifest, const raster::Area& extent, const Zooms& zooms, int zoom,
+                const std::function<double(int level)>& more_m = nullptr);
 /// The dataset has nothing that Web Mercator shows.
 proto::Problem beyond_mercator();
 

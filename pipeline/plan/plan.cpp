@@ -155,6 +155,13 @@ std::string named_strategy(const proto::BuildOptions& options) {
 
 std::string strategy_of(const proto::Plan& plan) { return plan.exact() ? gpu::kExact : named_strategy(plan.options()); }
 
+const proto::LevelPlan* find_level(const proto::Plan& plan, int level) {
+  const auto& levels = plan.levels();
+  const auto found = std::find_if(levels.begin(), levels.end(),
+                                  [&](const proto::LevelPlan& of) { return static_cast<int>(of.level()) == level; });
+  return found == levels.end() ? nullptr : &*found;
+}
+
 const proto::LevelPlan& level_plan(const proto::Plan& plan, int level) {
   return plan.levels(static_cast<int>(plan.finest_level()) - level);
 }

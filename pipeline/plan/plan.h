@@ -57,6 +57,8 @@ std::string named_strategy(const proto::BuildOptions& options);
 /// Of gpu::kStrategies: what builds.
 std::string strategy_of(const proto::Plan& plan);
 const proto::LevelPlan& level_plan(const proto::Plan& plan, int level);
+/// The same by its number, of a plan that may be of a damaged store; null: it has no such level.
+const proto::LevelPlan* find_level(const proto::Plan& plan, int level);
 /// What points of the level's .glb tiles are rounded to.
 gpu::EcefSteps ecef_steps(const proto::LevelPlan& level);
 /// What heights of the level's meshes are multiples of, in kHeightStep_m; 1 where the level does not say.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pipeline/encode/tile_glb.h"
+#include "pipeline/plan/plan.h"
 #include "pipeline/store/content_hash.h"
 #include "pipeline/store/store.h"
 #include "pipeline/store/store_connection.h"
@@ -100,6 +101,11 @@ class SqliteReader final : public StoreReader {
   }
 
   const proto::Manifest& manifest() const override { return manifest_; }
+
+  double glb_step_m(int level) const override {
+    const proto::LevelPlan* const of = plan_ ? find_level(*plan_, level) : nullptr;
+    return of != nullptr ? ecef_steps(*of).coarsest_m : 0;
+  }
 
   std::optional<Blob> tile(const TileAddress& tile, Encoding encoding) const override {
     const auto found =

@@ -101,10 +101,11 @@ TEST(LevelsShown, ViewersLookBelowThoseThatShowLittle) {
   const RefineErrors errors(sparse.manifest);
   for (int z = 0; z <= kFinest; ++z) {
     for (const TileExtent& node : sparse.terrain->store().extents(z, 0, 0, proto::tiles_across(z) - 1, proto::tiles_up(z) - 1)) {
-      if (z <= 4)
+      if (z <= 4) {
         EXPECT_EQ(errors.of(node), empty_m) << z;
-      else if (node.content)
+      } else if (node.content) {
         EXPECT_EQ(errors.of(node), node.geometric_error_m) << z;
+      }
     }
   }
   std::map<int, std::vector<double>> by_level;
@@ -129,10 +130,10 @@ TEST(LevelsShown, ALevelWithoutTilesHasNoErrorAndNoHeights) {
   ASSERT_TRUE(extent);
   const faces::Zooms zooms = faces::zooms_of(sparse.manifest, *extent);
   for (int zoom = zooms.first; zoom <= zooms.last; ++zoom) {
-    const Json entry = faces::zoom_entry(sparse.manifest, *extent, zooms, zoom, 0);
+    const Json entry = faces::zoom_entry(sparse.manifest, *extent, zooms, zoom);
     EXPECT_EQ(entry["stated_max_error"].is_null(), entry["levels"].back() < 2) << entry;
   }
-  EXPECT_TRUE(faces::zoom_entry(sparse.manifest, *extent, zooms, zooms.first, 0)["stated_max_error"].is_null());
+  EXPECT_TRUE(faces::zoom_entry(sparse.manifest, *extent, zooms, zooms.first)["stated_max_error"].is_null());
   const auto again = parse_manifest_json(manifest_json(sparse.manifest));
   ASSERT_TRUE(again.ok());
   EXPECT_EQ(again->SerializeAsString(), sparse.manifest.SerializeAsString());

@@ -69,7 +69,8 @@ inline std::optional<EncodedTile> synthetic_tile(const proto::Lattice& lattice, 
   out.record.set_max_error(input.geometric_error_m);
   out.record.set_sum_squared_error(100);
   out.record.set_samples(400);
-  out.record.set_min_height(100);
+  const std::int32_t lowest = mesh.height.empty() ? 0 : *std::min_element(mesh.height.begin(), mesh.height.end());
+  out.record.set_min_height(std::min(100.0, lowest * proto::kHeightStep_m));
   out.record.set_max_height(1600);
   for (const double number : tile_region(input)) out.record.add_region(number);
   return out;

@@ -103,6 +103,28 @@ TEST(TerrainRgb, HeightsAreTheRastersWithinTheStatedError) {
   }
 }
 
+/// A coarse level may go deeper than the data, by its error: that is no concern of finer zooms.
+TEST(TerrainRgb, WhatIsCutOffBelowCountsWhereItIs) {
+  const auto zooms = [](double deepest_m) {
+    const Made made({{{7, 126, 80}, {7, 131, 85}}},
+                    [=](std::int64_t i, std::int64_t j) { return (i + j) % 512 < 256 ? deepest_m : 100.0; });
+    return std::pair{tilejson_of(made.terrain(), "terrain-rgb.json"), tilejson_of(made.terrain(), "terrarium.json")};
+  };
+  const auto [shallow, all_of_shallow] = zooms(-9000);
+  EXPECT_FALSE(shallow.contains("note"));
+  for (std::size_t k = 0; k < shallow["zooms"].size(); ++k) {
+    EXPECT_NEAR(shallow["zooms"][k]["stated_max_error"].get<double>(),
+                all_of_shallow["zooms"][k]["stated_max_error"].get<double>(), 0.06)
+        << k;
+  }
+  const auto [deep, all_of_deep] = zooms(-11000);
+  EXPECT_TRUE(deep.contains("note"));
+  const double more_m =
+      deep["zooms"].back()["stated_max_error"].get<double>() - all_of_deep["zooms"].back()["stated_max_error"].get<double>();
+  EXPECT_GT(more_m, 900);
+  EXPECT_LT(more_m, 1200);
+}
+
 TEST(TerrainRgb, APixelIsTheMeshOverItsCentre) {
   const Terrain& terrain = *sample().terrain;
   for (const int zoom : {6, 9, 11}) {

@@ -351,6 +351,11 @@ TEST(TypedByHand, ARasterMayBeCalledAForm) {
     EXPECT_EQ(slug_of(refused), "body-stripped") << size;
     EXPECT_THAT(refused.body, HasSubstr("curl --data-binary @dem.tif"));
   }
+  for (const std::string rows : {"10.00 47.59 010.01 47.59 3", "10,47.59,0.5e1", "ncols 60nrows 60xllcorner 10yllcorner 47"}) {
+    const Response refused =
+        test.post(rows + std::string(100, '4'), {{"name", "a.xyz"}}, {{"content-type", "application/x-www-form-urlencoded"}});
+    EXPECT_EQ(slug_of(refused), "body-stripped") << rows;
+  }
   EXPECT_EQ(test.leftovers(), 0u);
 }
 

@@ -10,11 +10,10 @@ using proto::Vec3;
 
 // Sines may differ in their last bit from one library to another; what is made of them is rounded outward.
 constexpr double kStep_m = 0x1p-6, kHorizonStep = 0x1p-28;
-// What a hemisphere's points need is infinitely far away.
+// A place that asks for a farther point is a quarter turn away or more: a hill there is in view from places to which no point of
+// this direction is. A tile of a hemisphere has such places, and no point. Comparisons with no number are false, so nobody takes
+// it for hidden.
 constexpr double kFar = 0x1p20;
-// A tile that is far more than a hemisphere is never behind the horizon. Comparisons with no number are false, so nobody takes it
-// for hidden.
-constexpr double kBeyond = 0x1p-7;
 
 Vec3 rounded(Vec3 p) {
   return {std::nearbyint(p.x / kStep_m) * kStep_m, std::nearbyint(p.y / kStep_m) * kStep_m,
@@ -42,9 +41,9 @@ Vec3 horizon(const std::vector<Vec3>& points, Vec3 direction, double low_m) {
     const Vec3 p = scaled(point);
     const double distance = length(p), out = std::max(distance, 1.0);
     const double cosine = dot(p, along) / distance, sine = length(cross(p, along)) / distance;
-    if (cosine < -kBeyond) return {NAN, NAN, NAN};
     const double share = cosine / out - sine * std::sqrt(out * out - 1) / out;
-    farthest = std::max(farthest, share > 1 / kFar ? 1 / share : kFar);
+    if (!(share > 1 / kFar)) return {NAN, NAN, NAN};
+    farthest = std::max(farthest, 1 / share);
   }
   return ((std::floor(farthest / kHorizonStep) + 2) * kHorizonStep) * along;
 }

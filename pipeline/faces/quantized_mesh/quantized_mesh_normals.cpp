@@ -70,6 +70,7 @@ std::map<LatticeVertex, Vec3> side_sums(const Terrain& terrain, const proto::Lat
   const auto [z, x, y] = own.tile();
   for (std::int32_t dy = -1; dy <= 1 && !parts.empty(); ++dy) {
     for (std::int32_t dx = -1; dx <= 1; ++dx) {
+      if (dx == 1 && proto::tiles_across(z) == 2) continue;  // the one to the west once more
       const proto::TileAddress tile{z, (x + dx + proto::tiles_across(z)) % proto::tiles_across(z), y + dy};
       if (tile.y < 0 || tile.y >= proto::tiles_up(z)) continue;
       const auto mesh = terrain.mesh(tile);

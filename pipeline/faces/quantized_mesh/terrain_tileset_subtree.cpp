@@ -25,12 +25,14 @@ proto::TileAddress node(const proto::TileAddress& root, int depth, std::uint32_t
 }
 
 /// Heights that the surfaces of the tile and of all below it stay within, whole metres: those of the data, of the coarsest level
-/// where there is no mesh, and the sea's. A client takes a tile for hidden by them before it knows its descendants.
+/// where there is no mesh, and the sea's. Regions are those of .glb tiles, whose points are rounded otherwise. A client takes a
+/// tile for hidden by them before it knows its descendants.
 std::array<double, 2> heights(const Terrain& terrain, const proto::TileAddress& tile) {
   double low_m = -kSea_m, high_m = kSea_m;
+  const double apart_m = terrain.store().glb_step_m(tile.z);  // half a step on each of three axes, at most
   const auto include = [&](double low, double high) {
-    low_m = std::min(low_m, std::floor(low) - 1);
-    high_m = std::max(high_m, std::ceil(high) + 1);
+    low_m = std::min(low_m, std::floor(low - apart_m) - 1);
+    high_m = std::max(high_m, std::ceil(high + apart_m) + 1);
   };
   for (const TileExtent& extent : terrain.store().extents(tile.z, tile.x, tile.y, tile.x, tile.y))
     include(extent.region[4], extent.region[5]);

@@ -1,6 +1,7 @@
 #include "server/api/requests/typed_by_hand.h"
 
 #include <algorithm>
+#include <regex>
 
 #include "proto/numbers.h"
 #include "server/api/requests/delivery.h"
@@ -95,21 +96,32 @@ bool is_short(const Request& request) {
 /// The bytes at the beginning of a raster, as far as they tell whether something was left out of them.
 class Beginning {
  public:
-  /// Whether a raster without its line breaks and zero bytes has come. One of text may have none of either.
+  /// Whether a raster without its line breaks and zero bytes has come. One of text may have none of either (USGS DEM), but no
+  /// rows of numbers.
   bool add(std::string_view bytes) {
     const std::string_view part = bytes.substr(0, kLooked - std::min(kLooked, seen_));
     seen_ += part.size();
+    first_.append(part.substr(0, kLeast - std::min(kLeast, first_.size())));
     for (const unsigned char c : part) {
       whole_ = whole_ || c == 0 || c == '\n' || c == '\r';
       binary_ = binary_ || c >= 0x80 || c < ' ';
     }
     return seen_ == kLooked && stripped();
   }
-  bool stripped() const { return seen_ >= kLeast && binary_ && !whole_; }
+  bool stripped() const { return seen_ >= kLeast && !whole_ && (binary_ || is_rows()); }
 
  private:
   static constexpr std::size_t kLooked = 4096, kLeast = 64;
+
+  /// Points of an .xyz, or the head of an .asc.
+  bool is_rows() const {
+    static const std::regex kRows(R"([ \t]*(ncols[ \t]|([-+.0-9eE]*[0-9][-+.0-9eE]*[ \t,;]+){2}[-+.]?[0-9]).*)",
+                                  std::regex::icase);
+    return std::regex_match(first_, kRows);
+  }
+
   std::size_t seen_ = 0;
+  std::string first_;
   bool whole_ = false, binary_ = false;
 };
 
