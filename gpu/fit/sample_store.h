@@ -39,6 +39,23 @@ struct ResampleTriangle {
   }
 };
 
+/// What the resampled surface is off at the samples of a bin.
+struct CompareBin {
+  ScatteredSamples samples;
+  float* off;
+
+  CORDILLERA_HD void operator()(std::size_t bin) const {
+    float most = 0;
+    for (std::uint32_t i = samples.start[bin]; i < samples.start[bin + 1]; ++i) {
+      const float surface = samples.surface(samples.point[i]);
+      if (surface == kNoSample) continue;
+      const float above = samples.z[i] - surface, size = above < 0 ? -above : above;
+      most = size > most ? size : most;
+    }
+    off[bin] = most;
+  }
+};
+
 template <class Device>
 class SampleStore {
  public:
@@ -95,10 +112,14 @@ class SampleStore {
     const Triangle* const triangles = work.upload(triangles_, plan.triangles);
     device_.each(plan.triangles.size(),
                  ResampleTriangle{work.mesh().vertex, triangles, z, samples.raster.columns, plan.bin_shift});
+    const std::size_t bins = static_cast<std::size_t>(plan.bin_columns) * static_cast<std::size_t>(plan.bin_rows);
+    float* const off = work.room(off_, bins);
+    device_.each(bins, CompareBin{samples, off});
+    samples.off = off;
   }
 
   Device& device_;
-  Array<float> z_, raster_;
+  Array<float> z_, raster_, off_;
   Array<std::uint8_t> lean_;
   Array<Point> point_;
   Array<std::uint32_t> start_;

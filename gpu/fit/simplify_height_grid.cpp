@@ -38,10 +38,13 @@ HeightGrid GridSimplifier::keep(const HeightGrid& grid) {
 proto::Result<SimplifiedMesh> GridSimplifier::simplify(const HeightGrid& grid, const MeshTarget& target,
                                                        const MeshOptions& options) {
   if (auto problem = check_grid(grid)) return *problem;
-  const auto wanted = triangles_wanted(target, std::uint64_t{2} * (grid.columns - 1) * (grid.rows - 1));
+  const std::uint64_t all = std::uint64_t{2} * (grid.columns - 1) * (grid.rows - 1);
+  const auto wanted = triangles_wanted(target, all);
   if (!wanted.ok()) return wanted.problem();
+  FitRequest request = request_of(*wanted, target, options);
+  if (!request.by_error && *wanted >= all) request.recipe = recipe_of_nothing();
   PlanScale scale{grid.x0, grid.y0, grid.cell_x / LatticeSamples::kStep, grid.cell_y / LatticeSamples::kStep};
-  const FittedMesh fitted = engine_->fit(grid, request_of(*wanted, target, options), scale);
+  const FittedMesh fitted = engine_->fit(grid, request, scale);
   if (fitted.fault == FittedMesh::Fault::not_finite) {
     return proto::Problem{"grid-not-finite", "sample " + std::to_string(fitted.fault_sample) + " is NaN or infinity",
                           "finite heights", "grid"};

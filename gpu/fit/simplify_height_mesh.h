@@ -43,7 +43,8 @@ struct MeshTarget {
   /// This share of the input's triangles, > 0 and <= 1; rounded to a whole number of them.
   static MeshTarget keep(double share) { return {Kind::keep, share}; }
   /// As few triangles as are found whose surface passes no vertex of the input at more than this along z; >= 0, in the unit of z.
-  /// Measured on the result; over it by no more than a float's rounding of heights.
+  /// Measured on the result; over it by no more than a float's rounding of heights. 0, and what is less than rounding takes: the
+  /// input comes back.
   static MeshTarget error_m(double metres) { return {Kind::error_m, metres}; }
 };
 

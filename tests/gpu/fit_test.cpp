@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -253,11 +254,42 @@ TEST(Fit, MoreThanThereIsGivesTheInputBack) {
   EXPECT_NEAR(out.report.max_error_m, 0, 1e-4);
 }
 
+/// Each vertex of such a mesh is one that matters, so that little may go, and none may be drawn to what lies between them.
+TEST(Fit, AMeshThatWasSimplifiedKeepsItsHeights) {
+  const HeightMesh in = simplified(terrain(bench::Terrain::alpine, 129), MeshTarget::keep(0.15)).mesh;
+  const double tenth_m = simplified(in, MeshTarget::keep(0.1)).report.rmse_m;
+  for (const Quality quality : {Quality::default_, Quality::best}) {
+    const auto most = simplified(in, MeshTarget::keep(0.95), quality).report,
+               half = simplified(in, MeshTarget::keep(0.5), quality).report;
+    EXPECT_LT(most.rmse_m, 0.01 * tenth_m) << static_cast<int>(quality);
+    EXPECT_LT(half.rmse_m, 0.15 * tenth_m) << static_cast<int>(quality);
+  }
+}
+
 void expect_same(const HeightMesh& one, const HeightMesh& other) {
   EXPECT_EQ(one.triangles, other.triangles);
   EXPECT_EQ(one.x, other.x);
   EXPECT_EQ(one.y, other.y);
   EXPECT_EQ(one.z, other.z);
+}
+
+TEST(Fit, WhatAsksForNothingGivesTheInputBack) {
+  HeightMesh in = simplified(terrain(bench::Terrain::alpine, 65), MeshTarget::keep(0.3)).mesh;
+  for (const bool clockwise : {false, true}) {
+    for (const MeshTarget& target : {MeshTarget::keep(1), MeshTarget::error_m(0)}) {
+      HeightMesh turned = in;
+      if (clockwise) {
+        for (auto& t : turned.triangles) std::swap(t[1], t[2]);
+      }
+      const auto out = simplified(turned, target);
+      expect_same(out.mesh, in);
+      EXPECT_EQ(out.report.max_error_m, 0);
+    }
+  }
+  // Places are rounded, to more than so small an error allows.
+  for (std::size_t v = 0; v < in.vertices(); ++v)
+    std::tie(in.x[v], in.y[v]) = std::pair(0.8 * in.x[v] - 0.6 * in.y[v], 0.6 * in.x[v] + 0.8 * in.y[v]);
+  EXPECT_LE(simplified(in, MeshTarget::error_m(1e-4)).report.max_error_m, 1e-4);
 }
 
 TEST(Fit, ThreadsDoNotShow) {

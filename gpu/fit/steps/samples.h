@@ -77,6 +77,8 @@ struct LatticeSamples {
     each_row(a, b, c, [&](const auto& row) { row(visit); });
   }
 
+  /// How far the surface may be off at p: it is the input's own.
+  CORDILLERA_HD float surface_off(Point) const { return 0; }
   /// The height of the surface, bilinear; kNoSample where a corner is missing.
   CORDILLERA_HD float surface(Point p) const {
     const std::int32_t column = least(p.x / kStep, columns - 2), row = least(p.y / kStep, rows - 2);
@@ -178,11 +180,15 @@ struct ScatteredSamples {
   int bin_shift = 0;                     ///< a bin is 1 << bin_shift units wide
   LatticeSamples raster;                 ///< the input's surface, resampled; its unit is coarser:
   int raster_shift = 0;                  ///< by so many bits
+  const float* off = nullptr;            ///< indexed by bin: how far that surface is off at its samples, at most
 
   CORDILLERA_HD Point at(std::uint32_t i) const { return point[i]; }
   CORDILLERA_HD std::uint32_t of_vertex(std::uint32_t v, Point) const { return v; }
   CORDILLERA_HD bool has_only_corners(Point, Point, Point) const { return false; }
   CORDILLERA_HD float surface(Point p) const { return raster.surface({p.x >> raster_shift, p.y >> raster_shift}); }
+  CORDILLERA_HD float surface_off(Point p) const {
+    return off[static_cast<std::int64_t>(p.y >> bin_shift) * columns + (p.x >> bin_shift)];
+  }
 
   /// Rows of bins.
   CORDILLERA_HD Rows rows_of(Point a, Point b, Point c) const {

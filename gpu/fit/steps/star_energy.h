@@ -6,6 +6,8 @@
 namespace cordillera::gpu::fit {
 
 /// Weight of one more sample at every free vertex: the input's surface there. It keeps vertices from spiking between samples.
+/// Where that surface is known to some metres, as under scattered samples that lie close to each other, it leaves them that much
+/// freedom: else it would draw them away from the samples.
 inline constexpr float kSpikeGuard = 0.05f;
 /// Keeps a vertex that no sample sees at its height.
 inline constexpr float kHeightRidge = 1e-3f;
@@ -66,7 +68,9 @@ template <class Samples>
 CORDILLERA_HD void add_spike_guard(const Samples& samples, Point p, float base, HeightFit& fit) {
   const float surface = samples.surface(p);
   if (surface == kNoSample) return;
-  const float rest = base - surface;
+  const float above = base - surface, off = samples.surface_off(p);
+  if (off > 0 && above <= off && above >= -off) return;
+  const float rest = above > 0 ? above - off : above + off;
   fit.ll += kSpikeGuard;
   fit.lr += kSpikeGuard * rest;
   fit.rr += kSpikeGuard * rest * rest;
