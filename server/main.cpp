@@ -4,6 +4,7 @@
 #include "gpu/cleap/tile_simplifier.h"
 #include "raster/disk/share_folder.h"
 #include "server/command_line.h"
+#include "server/limits/descriptors.h"
 
 namespace {
 
@@ -23,6 +24,7 @@ int main(int count, char** words) {
   using cordillera::server::CommandLine;
   fill_tables_of_letters();
   cordillera::raster::fit_private_libraries();
+  cordillera::server::limits::raise_descriptor_limit();  // mosaics keep many rasters open
   cordillera::gpu::cleap::offer_strategies();
   CLI::App app{"Cordillera: terrain level-of-detail tiles from digital elevation models", "cordillera"};
   app.set_version_flag("--version", std::string("cordillera ") + CORDILLERA_VERSION);

@@ -1,5 +1,7 @@
 #include "raster/mosaic/mosaic.h"
 
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -24,7 +26,13 @@
 namespace cordillera::raster {
 namespace {
 
-constexpr std::size_t kOpenFiles = 24;  // a block may lie over that many rasters without opening one twice
+/// A block may lie over that many rasters without opening one twice, which takes milliseconds. Each thread has as many open: a
+/// process that may have a thousand files has fewer.
+std::size_t open_files() {
+  constexpr rlim_t kLeast = 24, kMost = 64, kShare = 64;
+  rlimit limit{};
+  return getrlimit(RLIMIT_NOFILE, &limit) == 0 ? std::clamp(limit.rlim_cur / kShare, kLeast, kMost) : kLeast;
+}
 
 using Window = Source::Window;
 
@@ -345,10 +353,10 @@ class Mosaic final : public Source {
   std::optional<LastLaid> last_;
   GridNeighbours neighbours_;
   proto::Source description_;
-  mutable std::map<int, Window> windows_;                                    ///< by level; asked for at every empty place
-  proto::Lru<std::size_t, std::shared_ptr<RasterSource>> open_{kOpenFiles};  ///< each counts its files
-  std::shared_ptr<SharedPixels> lately_;                                     ///< may be null
-  std::map<std::pair<int, std::int64_t>, std::int32_t> pole_heights_;        ///< by level and row
+  mutable std::map<int, Window> windows_;                                      ///< by level; asked for at every empty place
+  proto::Lru<std::size_t, std::shared_ptr<RasterSource>> open_{open_files()};  ///< each counts its files
+  std::shared_ptr<SharedPixels> lately_;                                       ///< may be null
+  std::map<std::pair<int, std::int64_t>, std::int32_t> pole_heights_;          ///< by level and row
 };
 
 MosaicMember member_of(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options,

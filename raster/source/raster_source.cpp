@@ -230,9 +230,33 @@ proto::Result<proto::Samples> RasterSource::sample(const proto::Lattice& lattice
   if (count == 0 || empty(lattice, west, south, columns, rows))
     return proto::Samples{
         west, south, columns, rows, std::vector<std::int32_t>(count, proto::kNoHeight), std::vector<std::uint8_t>(count, 0)};
-  auto samples = sample_present(lattice, west, south, columns, rows);
+  // A window may lie over hundreds of small rasters, each of which has a corner of it.
+  const Window part = part_with_data(lattice, {west, south, west + columns - 1, south + rows - 1}, 0);
+  const auto part_columns = static_cast<std::int32_t>(part.east - part.west + 1),
+             part_rows = static_cast<std::int32_t>(part.north - part.south + 1);
+  auto samples = sample_present(lattice, part.west, part.south, part_columns, part_rows);
   known_undulations_ = {};  // megabytes, of each raster of a mosaic that is open
-  return samples;
+  if (!samples.ok() || (part_columns == columns && part_rows == rows)) return samples;
+  proto::Samples all{
+      west, south, columns, rows, std::vector<std::int32_t>(count, proto::kNoHeight), std::vector<std::uint8_t>(count, 0)};
+  for (std::int32_t r = 0; r < part_rows; ++r) {
+    const std::int64_t from = std::int64_t{r} * part_columns, to = (part.south + r - south) * columns + (part.west - west);
+    std::copy_n(samples->height.begin() + from, part_columns, all.height.begin() + to);
+    std::copy_n(samples->flat_water.begin() + from, part_columns, all.flat_water.begin() + to);
+  }
+  return all;
+}
+
+Source::Window RasterSource::part_with_data(const proto::Lattice& lattice, const Window& asked, std::int64_t around) const {
+  const Window w = window(lattice);
+  Window part{asked.west, std::max(asked.south, w.south - around), asked.east, std::min(asked.north, w.north + around)};
+  if (part.south > part.north) part.south = asked.south, part.north = asked.north;
+  const std::int64_t wide = w.east - w.west + 2 * around;
+  if (wide >= lattice.columns()) return part;
+  const auto holds = [&](std::int64_t i) { return modulo(i - w.west + around, lattice.columns()) <= wide; };
+  while (part.west < part.east && !holds(part.west)) ++part.west;
+  while (part.east > part.west && !holds(part.east)) --part.east;
+  return part;
 }
 
 proto::Result<std::shared_ptr<const Decimation>> RasterSource::decimate(std::int64_t most_pixels) {

@@ -76,6 +76,9 @@ class RasterSource : public Source {
     std::int32_t c0, r0, columns, rows;
   };
   struct Call;  ///< one call of sample()
+  /// The rectangle of the asked vertices that holds those of window(), and so many around them; all of them where the raster lies
+  /// over both ends of a window around the earth.
+  Window part_with_data(const proto::Lattice& lattice, const Window& asked, std::int64_t around) const;
   /// sample() without asking first whether anything is there.
   proto::Result<proto::Samples> sample_present(const proto::Lattice& lattice, std::int64_t west, std::int64_t south,
                                                std::int32_t columns, std::int32_t rows);

@@ -80,11 +80,15 @@ proto::Result<std::vector<PixelPoint>> RasterSource::numbered_pixels(const proto
   std::erase_if(windows, [this](const PixelWindow& around) { return pixels_.certainly_void(around); });
   if (windows.empty()) return out;
   const bool level_geoid = parts_.datum.geoid && lattice.cell_deg() <= kLevelGeoid_deg;
-  if (level_geoid) see_undulations(lattice, cells);
+  // Pixels lie where samples do, or less than a cell beside the last of them.
+  const bool lies_in_one = !parts_.options.bbox && cells.east - cells.west < lattice.columns();
+  const Window near = lies_in_one ? part_with_data(lattice, cells, 2) : cells;
+  if (level_geoid) see_undulations(lattice, near);
   const UndulationGrid& undulations = known_undulations_;
+  const auto near_x = static_cast<double>(near.west - cells.west), near_y = static_cast<double>(near.south - cells.south);
   const auto height_m = [&](double pixel_m, double x, double y) {
     if (!parts_.datum.geoid) return pixel_m;
-    if (level_geoid) return pixel_m + undulations(x, y);
+    if (level_geoid) return pixel_m + undulations(x - near_x, y - near_y);
     const double latitude = -90 + (static_cast<double>(cells.south) + y) * lattice.cell_deg();
     return pixel_m + undulation_m(latitude, lattice.longitude_deg(cells.west) + x * lattice.cell_deg());
   };

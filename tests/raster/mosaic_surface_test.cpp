@@ -11,7 +11,7 @@ using MosaicSurface = RasterTest;
 
 /// Of more rasters than stay open: read a second time, those whose files have gone would be missed.
 TEST_F(MosaicSurface, IsLaidOnceForPixelsAndSamples) {
-  constexpr int kRasters = 40, kSide = 16, kFine = 12;
+  constexpr int kRasters = 72, kSide = 16, kFine = 12;
   constexpr std::int64_t kColumn = 900000, kRow = 700000;
   std::vector<raster::MosaicMember> members;
   for (int k = 0; k < kRasters; ++k) {
@@ -24,7 +24,7 @@ TEST_F(MosaicSurface, IsLaidOnceForPixelsAndSamples) {
     ASSERT_TRUE(member.ok()) << member.problem().line();
     members.push_back(*member);
   }
-  const raster::Source::Window over{kColumn, kRow - 5 * kSide, kColumn + 8 * kSide, kRow};
+  const raster::Source::Window over{kColumn, kRow - 9 * kSide, kColumn + 8 * kSide, kRow};
   const auto sampled = [&](raster::Source& source) {
     return source.sample(lattice(kFine), over.west, over.south, static_cast<std::int32_t>(over.east - over.west + 1),
                          static_cast<std::int32_t>(over.north - over.south + 1));
