@@ -10,9 +10,19 @@ constexpr std::uint64_t kStep_bytes = std::uint64_t{16}
 
 }  // namespace
 
-std::string Space::full_beside(std::uint64_t bytes, std::uint64_t aside) const {
-  const auto disk = look_();
-  if (!disk || room(*disk, free_percent_) > bytes + aside) return "";
+void Space::set_spare(Spare spare) {
+  const std::lock_guard lock(mutex_);
+  spare_ = std::move(spare);
+}
+
+std::string Space::full_beside(std::uint64_t bytes, std::uint64_t aside, bool may_remove) const {
+  auto disk = look_();
+  const auto lacks = [&] {
+    const std::uint64_t there = disk ? room(*disk, free_percent_) : UINT64_MAX;
+    return there > bytes + aside ? 0 : bytes + aside - there + 1;
+  };
+  while (may_remove && spare_ && lacks() > 0 && spare_(lacks())) disk = look_();
+  if (lacks() == 0) return "";
   const std::string others =
       aside > 0 ? ", and " + std::to_string(aside >> 20) + " MiB are set aside for rasters that are on their way" : "";
   return "the disk has " + std::to_string(disk->free >> 20) + " MiB free" + others + "; " + std::to_string(free_percent_) +
@@ -21,13 +31,13 @@ std::string Space::full_beside(std::uint64_t bytes, std::uint64_t aside) const {
 
 std::string Space::full(std::uint64_t bytes) const {
   const std::lock_guard lock(mutex_);
-  return full_beside(bytes, aside_);
+  return full_beside(bytes, aside_, true);
 }
 
 /// A step more, or just what is needed where a step does not fit.
 std::string Space::grow(Claim& claim, std::uint64_t bytes) {
   for (const std::uint64_t more : {std::max(bytes, kStep_bytes), bytes}) {
-    std::string why = full_beside(more, aside_);
+    std::string why = full_beside(more, aside_, claim.may_remove_ && more == bytes);
     if (!why.empty() && more > bytes) continue;
     if (!why.empty()) return why;
     aside_ += more;
@@ -37,11 +47,11 @@ std::string Space::grow(Claim& claim, std::uint64_t bytes) {
   return "";
 }
 
-std::unique_ptr<Space::Claim> Space::claim(std::uint64_t bytes, std::string* why) {
+std::unique_ptr<Space::Claim> Space::claim(std::uint64_t bytes, std::string* why, bool may_remove) {
   const std::lock_guard lock(mutex_);
-  *why = full_beside(bytes, aside_);
+  *why = full_beside(bytes, aside_, may_remove);
   if (!why->empty()) return nullptr;
-  std::unique_ptr<Claim> claim(new Claim(*this));
+  std::unique_ptr<Claim> claim(new Claim(*this, may_remove));
   claim->left_ = bytes;
   aside_ += bytes;
   return claim;
@@ -63,7 +73,7 @@ std::string Space::Claim::next(std::uint64_t bytes) {
     why = space_.grow(*this, bytes - left_);
     since_ = 0;
   } else if (since_ >= kStep_bytes) {
-    why = space_.full_beside(bytes, 0);  // other programs write on this disk too
+    why = space_.full_beside(bytes, 0, may_remove_);  // other programs write on this disk too
     since_ = 0;
   }
   if (why.empty()) last_ = bytes;

@@ -212,7 +212,7 @@ std::optional<Problem> ArchiveFiles::ended(const Entry& entry) const {
 /// What is read of an entry by others changes under the lock alone.
 void ArchiveFiles::make(Entry& entry) {
   std::string full;
-  const auto claim = space_.claim(0, &full);
+  const auto claim = space_.claim_for_spare(0, &full);
   pipeline::exports::ArchiveBounds bounds;
   std::uint64_t bytes = 0;
   bounds.tiles = [&](std::uint64_t tiles) {
@@ -261,23 +261,39 @@ void ArchiveFiles::close_idle() {
     if (!idle[k]->file->damaged()) idle[k]->file = nullptr;  // else it is made anew
 }
 
-/// Those that were asked for longest ago go.
-void ArchiveFiles::make_room(const std::string& but) {
-  const auto size = [](const auto& one) { return one.second->sums ? one.second->sums->size : 0; };
-  std::uint64_t all = 0;
-  for (const auto& one : entries_) all += size(one);
-  while (all > kMostBytes || entries_.size() > kMostKept) {
-    auto oldest = entries_.end();
-    for (auto at = entries_.begin(); at != entries_.end(); ++at) {
-      const bool may_go = at->first != but && (at->second->sums || at->second->problem);
-      if (may_go && (oldest == entries_.end() || at->second->used < oldest->second->used)) oldest = at;
-    }
-    if (oldest == entries_.end()) return;
-    all -= size(*oldest);
-    std::error_code ignored;
-    fs::remove(oldest->second->path, ignored);
-    entries_.erase(oldest);
+/// The one that was asked for longest ago, of those that are made or have failed; end where there is none.
+std::map<std::string, ArchiveFiles::Kept>::iterator ArchiveFiles::oldest(const std::string& but) {
+  auto found = entries_.end();
+  for (auto at = entries_.begin(); at != entries_.end(); ++at) {
+    const bool may_go = at->first != but && (at->second->sums || at->second->problem);
+    if (may_go && (found == entries_.end() || at->second->used < found->second->used)) found = at;
   }
+  return found;
+}
+
+std::uint64_t ArchiveFiles::remove(std::map<std::string, Kept>::iterator one) {
+  const std::uint64_t size = one->second->sums ? one->second->sums->size : 0;
+  std::error_code ignored;
+  fs::remove(one->second->path, ignored);
+  entries_.erase(one);
+  return size;
+}
+
+void ArchiveFiles::make_room(const std::string& but) {
+  std::uint64_t all = 0;
+  for (const auto& [name, entry] : entries_) all += entry->sums ? entry->sums->size : 0;
+  while (all > kMostBytes || entries_.size() > kMostKept) {
+    const auto one = oldest(but);
+    if (one == entries_.end()) return;
+    all -= remove(one);
+  }
+}
+
+bool ArchiveFiles::spare(std::uint64_t bytes) {
+  const std::lock_guard lock(mutex_);
+  std::uint64_t freed = 0;
+  for (auto one = oldest(""); one != entries_.end() && freed < bytes; one = oldest("")) freed += remove(one);
+  return freed > 0;
 }
 
 }  // namespace cordillera::server

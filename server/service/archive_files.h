@@ -80,6 +80,9 @@ class ArchiveFiles {
   bool is_awaited(const ArchiveOrder& order) const;
   /// Archives of a dataset go: it has another version, or there is none any more. One that is being made ends.
   void forget(const std::string& id);
+  /// Removes archives, those that were asked for longest ago first, until so many bytes are free. False: there is none. What
+  /// somebody reads takes its room until then.
+  bool spare(std::uint64_t bytes);
 
   static constexpr std::uint64_t kMostTiles = 100'000;                  ///< of an archive
   static constexpr std::uint64_t kMostBytes = std::uint64_t{16} << 30;  ///< of all together
@@ -103,6 +106,9 @@ class ArchiveFiles {
   void make(Entry& entry);
   std::optional<proto::Problem> ended(const Entry& entry) const;
   void make_room(const std::string& but);
+  std::map<std::string, Kept>::iterator oldest(const std::string& but);
+  /// Returns the bytes that it had.
+  std::uint64_t remove(std::map<std::string, Kept>::iterator one);
   void close_idle();
 
   const std::filesystem::path folder_;

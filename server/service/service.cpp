@@ -141,6 +141,7 @@ void Service::begin_work(JobRunner runner) {
   };
   archive_files_ = std::make_unique<ArchiveFiles>(
       layout_.archives(), admission_->space(), [this](const std::string& id) { hub_.touch(id); }, serve.limits.open_archives);
+  admission_->space().set_spare([this](std::uint64_t bytes) { return archive_files_->spare(bytes); });
   queue_ =
       std::make_unique<JobQueue>(JobQueue::Parts{layout_, *registry_, hub_, metrics_, std::move(runner), serve.limits, ledger_,
                                                  updates::fetcher(serve, admission_->space()), serve.keep_versions, published},
@@ -159,6 +160,7 @@ Service::~Service() {
   if (reading_ahead_.joinable()) reading_ahead_.join();
   live_.reset();  // it uses the queue, whose threads have ended
   queue_.reset();
+  if (admission_) admission_->space().set_spare(nullptr);
   archive_files_.reset();
 }
 

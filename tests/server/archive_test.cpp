@@ -77,6 +77,26 @@ TEST(Archive, IsMadeWhileNobodyWaits) {
   EXPECT_EQ(ask("DELETE", {}, "").status, 204) << "its archives go with it";
 }
 
+TEST(Archive, GoesWhereRoomIsWantedAndIsMadeAgain) {
+  const auto ask = [&] {
+    Request request;
+    request.method = "HEAD";
+    request.path = built().base() + ".pmtiles";
+    return built().api().handle(request).status;
+  };
+  ASSERT_TRUE(eventually([&] { return ask() == 200; }));
+  const auto files = [&] {
+    const auto folder = std::filesystem::directory_iterator(built().service().layout().archives());
+    return std::distance(begin(folder), end(folder));
+  };
+  ASSERT_GT(files(), 0);
+  EXPECT_TRUE(built().service().archive_files().spare(UINT64_MAX));
+  EXPECT_EQ(files(), 0);
+  EXPECT_FALSE(built().service().archive_files().spare(1)) << "there is none";
+  EXPECT_EQ(ask(), 503) << "it is made";
+  EXPECT_TRUE(eventually([&] { return ask() == 200; }));
+}
+
 TEST(Mesh, A304SaysOfRangesWhatThe200Says) {
   const auto ask = [](const std::map<std::string, std::string>& headers) {
     Request request;

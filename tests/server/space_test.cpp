@@ -74,6 +74,28 @@ TEST_F(DiskOf300MiB, EndsWhatWasPromisedWhereOthersFilledTheDisk) {
   EXPECT_NE(why_, "");
 }
 
+TEST_F(DiskOf300MiB, WhatCanBeMadeAgainGoesFirst) {
+  free_ = 40 * kMiB;
+  std::uint64_t kept = 100 * kMiB, asked = 0;
+  space_.set_spare([&](std::uint64_t bytes) {
+    asked = bytes;
+    if (kept == 0) return false;
+    free_ += kept / 2;
+    kept = kept > 2 * kMiB ? kept - kept / 2 : 0;
+    return true;
+  });
+  EXPECT_TRUE(claim(10 * kMiB)) << "there is room";
+  EXPECT_EQ(asked, 0u);
+  EXPECT_FALSE(space_.claim_for_spare(50 * kMiB, &why_)) << "nothing goes for one of its kind";
+  EXPECT_EQ(asked, 0u);
+  EXPECT_TRUE(claim(50 * kMiB)) << why_;
+  EXPECT_GT(asked, 24 * kMiB);
+  EXPECT_EQ(kept, 50 * kMiB) << "no more than is needed";
+  EXPECT_EQ(space_.full(100 * kMiB), "");
+  EXPECT_FALSE(claim(200 * kMiB)) << "until nothing is left";
+  EXPECT_EQ(kept, 0u);
+}
+
 TEST(DiskThatCannotBeAsked, RefusesNothing) {
   Space space([] { return std::optional<DiskSpace>(); }, 5);
   std::string why;
