@@ -81,7 +81,10 @@ proto::Result<fit::HeightMesh> smooth(const fit::HeightMesh& mesh, std::uint32_t
   if (auto problem = check_mesh(mesh)) return *problem;
   auto engine = make_engine(device, threads);
   if (!engine.ok()) return engine.problem();
-  fit::HeightMesh smoothed = (*engine)->smooth(mesh, steps, lambda, mu);
+  fit::HeightMesh smoothed;
+  try {
+    smoothed = (*engine)->smooth(mesh, steps, lambda, mu);
+  } catch (const DeviceLost&) { smoothed = make_host_engine(threads)->smooth(mesh, steps, lambda, mu); }
   if (smoothed.vertices() == 0) return not_manifold(mesh);
   return smoothed;
 }

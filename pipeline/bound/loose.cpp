@@ -48,7 +48,8 @@ double area_of(const Common& ground) {
 // The part of a mesh's rectangle without published triangles.
 class Gaps {
  public:
-  explicit Gaps(const TileMesh& mesh) : mesh_(mesh), index_(mesh, is_unpublished) {}
+  /// asked: holds the triangles that it will be asked of.
+  Gaps(const TileMesh& mesh, const std::optional<PlanBox>& asked) : mesh_(mesh), index_(mesh, is_unpublished, asked) {}
 
   /// Of a triangle, in units squared. meets: whether there is any, however small.
   double area(const std::array<PlanPoint, 3>& triangle, bool& meets) {
@@ -196,7 +197,15 @@ LeftOut left_out(const TileMesh& mesh, const TileMesh& finer, double finer_error
   std::vector<std::uint32_t> near;
   for (const gpu::MeshPoint& p : of_finer.samples)
     if (!covers(mesh, published, p, near)) left.loose.samples.push_back(p);
-  Gaps now(mesh), before(finer);
+  std::optional<PlanBox> asked = box_around(finer, proto::is_published);
+  if (const auto patches =
+          box_around(of_finer.patches, [](const TileMesh&, const std::array<std::uint32_t, 3>&) { return true; })) {
+    if (asked)
+      asked->add(*patches);
+    else
+      asked = patches;
+  }
+  Gaps now(mesh, asked), before(finer, asked);
   Patches patches(left.loose);
   bool meets = false;
   patches.from(finer);
@@ -228,7 +237,7 @@ void mark_over_void(const proto::Lattice& lattice, const proto::TileAddress& til
 }
 
 void mark_over_void(const TileMesh& finer, TileMesh& mesh) {
-  const TriangleIndex doubtful(finer, may_hold_void);
+  const TriangleIndex doubtful(finer, may_hold_void, box_around(mesh, proto::is_published));
   std::vector<std::uint32_t> near;
   for (const auto& t : mesh.triangles) {
     if (!is_published(mesh, t)) continue;

@@ -31,6 +31,11 @@ bool are_apart(const std::array<PlanPoint, 3>& a, const std::array<PlanPoint, 3>
   return false;
 }
 
+PlanBox box_of(const std::array<PlanPoint, 3>& t) {
+  return {std::min({t[0].x, t[1].x, t[2].x}), std::min({t[0].y, t[1].y, t[2].y}), std::max({t[0].x, t[1].x, t[2].x}),
+          std::max({t[0].y, t[1].y, t[2].y})};
+}
+
 }  // namespace
 
 Common common_part(const std::array<PlanPoint, 3>& a, const std::array<PlanPoint, 3>& b) {
@@ -46,31 +51,52 @@ std::array<PlanPoint, 3> plan_of(const proto::TileMesh& mesh, const std::array<s
   return corners;
 }
 
-TriangleIndex::TriangleIndex(const proto::TileMesh& mesh, Wanted wanted) {
-  double east = 0, north = 0;
-  std::size_t count = 0;
-  west_ = south_ = mesh.side;
+void PlanBox::add(const PlanBox& o) {
+  west = std::min(west, o.west), south = std::min(south, o.south);
+  east = std::max(east, o.east), north = std::max(north, o.north);
+}
+
+std::optional<PlanBox> box_around(const proto::TileMesh& mesh, TriangleIndex::Wanted wanted) {
+  std::optional<PlanBox> all;
   for (const auto& t : mesh.triangles) {
     if (!wanted(mesh, t)) continue;
-    ++count;
-    for (const PlanPoint& p : plan_of(mesh, t)) {
-      west_ = std::min(west_, p.x), east = std::max(east, p.x);
-      south_ = std::min(south_, p.y), north = std::max(north, p.y);
-    }
+    const PlanBox box = box_of(plan_of(mesh, t));
+    if (all)
+      all->add(box);
+    else
+      all = box;
   }
-  across_ = std::max(1, static_cast<std::int32_t>(std::sqrt(static_cast<double>(count) / 2)));
-  cells_per_unit_ = across_ / std::max({east - west_, north - south_, 1.0});
-  start_.assign(static_cast<std::size_t>(across_) * across_ + 2, 0);
+  return all;
+}
+
+TriangleIndex::TriangleIndex(const proto::TileMesh& mesh, Wanted wanted, const std::optional<PlanBox>& asked) {
+  PlanBox extent;
+  std::vector<std::uint32_t> kept;
   box_.resize(mesh.triangles.size());
-  first_.resize(mesh.triangles.size());
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (!wanted(mesh, mesh.triangles[t])) continue;
+    PlanBox box = box_[t] = box_of(plan_of(mesh, mesh.triangles[t]));
+    if (asked && !box.meets(*asked)) continue;
+    if (asked)
+      box = {std::max(box.west, asked->west), std::max(box.south, asked->south), std::min(box.east, asked->east),
+             std::min(box.north, asked->north)};
+    if (kept.empty()) extent = box;
+    extent.add(box);
+    kept.push_back(t);
+  }
+  west_ = extent.west, south_ = extent.south;
+  across_ = std::max(1, static_cast<std::int32_t>(std::sqrt(static_cast<double>(kept.size()) / 2)));
+  cells_per_unit_ = across_ / std::max({extent.east - west_, extent.north - south_, 1.0});
+  start_.assign(static_cast<std::size_t>(across_) * across_ + 2, 0);
   const auto each = [&](auto&& visit) {
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-      if (!wanted(mesh, mesh.triangles[t])) continue;
-      box_[t] = box_of(plan_of(mesh, mesh.triangles[t]));
+    constexpr std::int32_t kFew = 4;
+    for (const std::uint32_t t : kept) {
+      const auto plan = plan_of(mesh, mesh.triangles[t]);
       const Cells c = cells_of(box_[t]);
-      first_[t] = {c.x0, c.y0};
+      const bool few = (c.x1 - c.x0 + 1) * (c.y1 - c.y0 + 1) <= kFew;
       for (std::int32_t y = c.y0; y <= c.y1; ++y)
-        for (std::int32_t x = c.x0; x <= c.x1; ++x) visit(static_cast<std::size_t>(y) * across_ + x, t);
+        for (std::int32_t x = c.x0; x <= c.x1; ++x)
+          if (few || touches(plan, x, y)) visit(static_cast<std::size_t>(y) * across_ + x, t);
     }
   };
   each([&](std::size_t cell, std::uint32_t) { ++start_[cell + 2]; });
@@ -79,30 +105,42 @@ TriangleIndex::TriangleIndex(const proto::TileMesh& mesh, Wanted wanted) {
   each([&](std::size_t cell, std::uint32_t t) { triangle_[start_[cell + 1]++] = t; });
 }
 
-TriangleIndex::Box TriangleIndex::box_of(const std::array<PlanPoint, 3>& t) {
-  return {std::min({t[0].x, t[1].x, t[2].x}), std::min({t[0].y, t[1].y, t[2].y}), std::max({t[0].x, t[1].x, t[2].x}),
-          std::max({t[0].y, t[1].y, t[2].y})};
+/// Whether a triangle may touch a cell, which is taken for a little larger than it is.
+bool TriangleIndex::touches(const std::array<PlanPoint, 3>& t, std::int32_t x, std::int32_t y) const {
+  if (twice_area(t[0], t[1], t[2]) <= 0) return true;
+  constexpr double kSlack = 1.0 / 64;
+  const double cell = 1 / cells_per_unit_;
+  const double west = west_ + (x - kSlack) * cell, east = west_ + (x + 1 + kSlack) * cell;
+  const double south = south_ + (y - kSlack) * cell, north = south_ + (y + 1 + kSlack) * cell;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const PlanPoint from = t[k], to = t[(k + 1) % 3];
+    // The corner that lies farthest to the left of the side.
+    const PlanPoint corner{to.y > from.y ? west : east, to.x > from.x ? north : south};
+    if (twice_area(from, to, corner) < 0) return false;
+  }
+  return true;
 }
 
-TriangleIndex::Cells TriangleIndex::cells_of(const Box& box) const {
-  const auto cell = [&](double units) { return std::clamp(static_cast<std::int32_t>(units * cells_per_unit_), 0, across_ - 1); };
+TriangleIndex::Cells TriangleIndex::cells_of(const PlanBox& box) const {
+  const auto cell = [&](double units) {
+    return static_cast<std::int32_t>(std::clamp(units * cells_per_unit_, 0.0, across_ - 1.0));
+  };
   return {cell(box.west - west_), cell(box.south - south_), cell(box.east - west_), cell(box.north - south_)};
 }
 
 void TriangleIndex::meeting(const std::array<PlanPoint, 3>& triangle, std::vector<std::uint32_t>& found) const {
   found.clear();
-  const Box box = box_of(triangle);
+  const PlanBox box = box_of(triangle);
   const Cells c = cells_of(box);
   for (std::int32_t y = c.y0; y <= c.y1; ++y)
     for (std::int32_t x = c.x0; x <= c.x1; ++x) {
       const std::size_t cell = static_cast<std::size_t>(y) * across_ + x;
-      for (std::uint32_t k = start_[cell]; k < start_[cell + 1]; ++k) {
-        const std::uint32_t t = triangle_[k];
-        const bool is_first = x == std::max(first_[t].x, c.x0) && y == std::max(first_[t].y, c.y0);  // of the cells of both
-        if (is_first && box_[t].meets(box)) found.push_back(t);
-      }
+      for (std::uint32_t k = start_[cell]; k < start_[cell + 1]; ++k)
+        if (box_[triangle_[k]].meets(box)) found.push_back(triangle_[k]);
     }
-  if (c.x0 < c.x1 || c.y0 < c.y1) std::sort(found.begin(), found.end());
+  if (c.x0 == c.x1 && c.y0 == c.y1) return;
+  std::sort(found.begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
 }
 
 }  // namespace cordillera::pipeline

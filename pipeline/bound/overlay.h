@@ -2,6 +2,7 @@
 // Pairs of triangles of two meshes that share ground, and the ground they share.
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "proto/mesh.h"
@@ -28,34 +29,38 @@ Common common_part(const std::array<PlanPoint, 3>& a, const std::array<PlanPoint
 
 std::array<PlanPoint, 3> plan_of(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& triangle);
 
-/// Finds the triangles of a mesh whose boxes meet a box, of those for which wanted is true.
+struct PlanBox {
+  double west = 0, south = 0, east = 0, north = 0;
+  bool meets(const PlanBox& o) const { return west <= o.east && o.west <= east && south <= o.north && o.south <= north; }
+  /// Grows to hold another one.
+  void add(const PlanBox& o);
+};
+
+/// Finds the triangles of a mesh that may meet one, of those for which wanted is true. Those around small data in a large tile
+/// are long and thin.
 class TriangleIndex {
  public:
   using Wanted = bool (*)(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& triangle);
-  TriangleIndex(const proto::TileMesh& mesh, Wanted wanted);
-  /// Ascending, each once; replaces what found held.
+  /// asked: holds all triangles that will be asked for; nullopt: any will.
+  TriangleIndex(const proto::TileMesh& mesh, Wanted wanted, const std::optional<PlanBox>& asked = std::nullopt);
+  /// All that touch it, and some that do not; ascending, each once; replaces what found held.
   void meeting(const std::array<PlanPoint, 3>& triangle, std::vector<std::uint32_t>& found) const;
 
  private:
   struct Cells {
     std::int32_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;
   };
-  struct Box {
-    double west = 0, south = 0, east = 0, north = 0;
-    bool meets(const Box& o) const { return west <= o.east && o.west <= east && south <= o.north && o.south <= north; }
-  };
-  static Box box_of(const std::array<PlanPoint, 3>& t);
-  Cells cells_of(const Box& box) const;
+  Cells cells_of(const PlanBox& box) const;
+  bool touches(const std::array<PlanPoint, 3>& t, std::int32_t x, std::int32_t y) const;
 
   double west_ = 0, south_ = 0, cells_per_unit_ = 1;  // of the wanted triangles alone: data may be small in its tile
   std::int32_t across_ = 1;
   std::vector<std::uint32_t> start_;     // indexed by cell, one more at the end
   std::vector<std::uint32_t> triangle_;  // by cell
-  struct Cell {
-    std::int32_t x = 0, y = 0;
-  };
-  std::vector<Box> box_;     // indexed by triangle
-  std::vector<Cell> first_;  // likewise: its south-western one
+  std::vector<PlanBox> box_;             // indexed by triangle
 };
+
+/// Of the triangles for which wanted is true; nullopt: there is none.
+std::optional<PlanBox> box_around(const proto::TileMesh& mesh, TriangleIndex::Wanted wanted);
 
 }  // namespace cordillera::pipeline
