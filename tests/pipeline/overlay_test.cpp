@@ -13,7 +13,7 @@ using Corners = std::array<PlanPoint, 3>;
 
 bool all(const proto::TileMesh&, const std::array<std::uint32_t, 3>&) { return true; }
 
-/// Long triangles from the rim of a small square to the corners of a tile, and small ones inside.
+/// Long triangles from the rim of small data, which lies aslant, to the corners of a tile, and small ones inside.
 struct SmallInTile {
   static constexpr std::int32_t kTile = 1 << 20, kWest = 300'000, kSide = 400, kSteps = 100;
   proto::TileMesh around, inside;
@@ -24,7 +24,9 @@ struct SmallInTile {
       std::array<std::uint32_t, 3> triangle{};
       for (std::size_t k = 0; k < 3; ++k) {
         triangle[k] = static_cast<std::uint32_t>(mesh.vertices());
-        mesh.x.push_back(corners[k][0]), mesh.y.push_back(corners[k][1]);
+        const auto [x, y] = corners[k];
+        const bool corner = (x == 0 || x == kTile) && (y == 0 || y == kTile);
+        mesh.x.push_back(x), mesh.y.push_back(corner ? y : y + (x - kWest) / 2);
         mesh.height.push_back(0), mesh.mark.push_back(0);
       }
       mesh.triangles.push_back(triangle);
