@@ -334,12 +334,17 @@ TEST(Fit, GridsAreMeshes) {
 }
 
 TEST(Fit, CudaGivesTheBitsOfTheCpu) {
-  const HeightMesh in = terrain(bench::Terrain::alpine, 200);
+  const HeightMesh lattice = terrain(bench::Terrain::alpine, 200), scattered = simplified(lattice, MeshTarget::keep(0.3)).mesh;
   for (const Quality quality : kQualities) {
-    const auto cuda = simplify(in, MeshTarget::keep(0.1), {quality, "cuda"});
-    if (!cuda.ok()) GTEST_SKIP() << "no CUDA device: " << cuda.problem().detail;
-    const auto cpu = simplify(in, MeshTarget::keep(0.1), {quality, "cpu"});
-    expect_same(cpu->mesh, cuda->mesh);
+    for (const auto& [in, target] : {std::pair{&lattice, MeshTarget::keep(0.1)},
+                                     {&scattered, MeshTarget::keep(0.9)},
+                                     {&scattered, MeshTarget::keep(0.1)},
+                                     {&scattered, MeshTarget::error_m(2)}}) {
+      const auto cuda = simplify(*in, target, {quality, "cuda"});
+      if (!cuda.ok()) GTEST_SKIP() << "no CUDA device: " << cuda.problem().detail;
+      const auto cpu = simplify(*in, target, {quality, "cpu"});
+      expect_same(cpu->mesh, cuda->mesh);
+    }
   }
 }
 
