@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <tuple>
 
+#include "pipeline/build/teller.h"
 #include "pipeline/check/border_laws.h"
 #include "pipeline/check/check.h"
 #include "pipeline/check/error_laws.h"
@@ -42,8 +43,17 @@ fs::path glb_path(const fs::path& folder, const proto::TileAddress& tile) {
          (std::to_string(tile.y) + ".glb");
 }
 
-void check_level(const fs::path& folder, const proto::Manifest& manifest, const proto::LevelSummary& level, ErrorLaws* errors,
-                 FolderDocuments& documents, Report& report) {
+/// What all levels are checked with.
+struct Checking {
+  ErrorLaws* errors = nullptr;  ///< may be null
+  FolderDocuments& documents;
+  Teller& progress;
+  Report& report;
+};
+
+void check_level(const fs::path& folder, const proto::Manifest& manifest, const proto::LevelSummary& level,
+                 const Checking& with) {
+  Report& report = with.report;
   const int z = static_cast<int>(level.level());
   const std::string where = "level " + std::to_string(z);
   BorderLaws borders(z, report);
@@ -53,13 +63,13 @@ void check_level(const fs::path& folder, const proto::Manifest& manifest, const 
     const std::string drc =
         bytes_of(folder / "tiles" / std::to_string(z) / std::to_string(at.x) / (std::to_string(at.y) + ".drc"));
     const std::string glb = bytes_of(glb_path(folder, at));
-    ++report.tiles;
-    documents.add(at);
+    with.progress.tell(static_cast<double>(++report.tiles));
+    with.documents.add(at);
     auto tile =
         check_tile({at, static_cast<int>(manifest.max_level()), drc, glb, nullptr, 0, level.height_step()}, report.findings);
     if (!tile) continue;
     triangles += tile->drc.triangles.size();
-    if (errors != nullptr) errors->add(*tile, level.stated_max_error(), report);
+    if (with.errors != nullptr) with.errors->add(*tile, level.stated_max_error(), report);
     borders.add(*tile);
   }
   borders.finish();
@@ -74,7 +84,7 @@ void check_level(const fs::path& folder, const proto::Manifest& manifest, const 
 
 }  // namespace
 
-proto::Result<Report> check_folder(const std::string& folder, const OpenRasters& rasters) {
+proto::Result<Report> check_folder(const std::string& folder, const OpenRasters& rasters, const ProgressCallback& progress) {
   const auto manifest = manifest_of_folder(folder);
   if (!manifest || manifest->levels_size() == 0) {
     return proto::Problem{"file-unreadable", folder + "/manifest.json is no manifest", "a folder that `cordillera build` wrote",
@@ -103,8 +113,12 @@ proto::Result<Report> check_folder(const std::string& folder, const OpenRasters&
   }
   Report report;
   FolderDocuments documents(folder, report);
+  double total = 0;
+  for (const proto::LevelSummary& level : manifest->levels()) total += level.tiles();
+  Teller told(progress);
+  told.stage("tiles", total);
   for (const proto::LevelSummary& level : manifest->levels())
-    check_level(folder, *manifest, level, errors.get(), documents, report);
+    check_level(folder, *manifest, level, {errors.get(), documents, told, report});
   if (errors) errors->finish(manifest->source(), report);
   return report;
 }

@@ -1,6 +1,7 @@
 #include <array>
 #include <optional>
 
+#include "pipeline/build/teller.h"
 #include "pipeline/check/border_laws.h"
 #include "pipeline/check/check.h"
 #include "pipeline/check/error_laws.h"
@@ -19,11 +20,12 @@ namespace {
 
 class StoreCheck {
  public:
-  StoreCheck(const std::string& path, const proto::Manifest& manifest, Report& report)
-      : database_(path, Database::Mode::published), manifest_(manifest), report_(report) {}
+  StoreCheck(const std::string& path, const proto::Manifest& manifest, const ProgressCallback& progress, Report& report)
+      : database_(path, Database::Mode::published), manifest_(manifest), progress_(progress), report_(report) {}
 
   /// The file's own structure first: what is read through a broken index proves nothing.
   bool pages(const char* how = "PRAGMA integrity_check(20)") {
+    progress_.stage("pages", 0);
     Statement rows(database_, how);
     bool sound = true;
     while (rows.step()) {
@@ -63,9 +65,10 @@ class StoreCheck {
   void version_note(const std::string& path) { check_version_note(database_, path, report_.findings); }
 
   void checksums() {
+    progress_.stage("checksums", static_cast<double>(database_.integer("SELECT count(*) FROM blobs")));
     Statement rows(database_, "SELECT hash, bytes FROM blobs");
     while (rows.step()) {
-      ++report_.checksums;
+      progress_.tell(static_cast<double>(++report_.checksums));
       const std::string hash(rows.blob(0));
       if (content_hash(rows.blob(1)) != hash) report_.findings.add("bytes " + hex(hash), "they are not those of their name");
     }
@@ -74,6 +77,7 @@ class StoreCheck {
   }
 
   void tiles(ErrorLaws* errors) {
+    progress_.stage("tiles", static_cast<double>(database_.integer("SELECT count(*) FROM tiles")));
     for (const proto::LevelPlan& level : plan_.levels()) {
       BorderLaws borders(static_cast<int>(level.level()), report_);
       Statement rows(
@@ -84,6 +88,7 @@ class StoreCheck {
       rows.bind(level.level());
       while (rows.step()) {
         auto tile = one(rows, level);
+        progress_.tell(static_cast<double>(seen_));
         if (!tile) continue;
         if (errors != nullptr) errors->add(*tile, rows.real(5), report_);
         borders.add(*tile);
@@ -171,6 +176,7 @@ class StoreCheck {
 
   Database database_;
   const proto::Manifest& manifest_;
+  Teller progress_;
   Report& report_;
   proto::Plan plan_;
   std::uint64_t seen_ = 0;
@@ -183,7 +189,8 @@ proto::Result<Report> check_bytes(const std::string& path) {
   if (!reader) return reader.problem();
   Report report;
   try {
-    StoreCheck check(path, (*reader)->manifest(), report);
+    const ProgressCallback nobody;
+    StoreCheck check(path, (*reader)->manifest(), nobody, report);
     if (!check.pages("PRAGMA quick_check(20)")) return report;  // the other compares indices, which takes much longer
     check.sums();
     check.checksums();
@@ -191,13 +198,13 @@ proto::Result<Report> check_bytes(const std::string& path) {
   return report;
 }
 
-proto::Result<Report> check_store(const std::string& path, const OpenRasters& rasters) {
+proto::Result<Report> check_store(const std::string& path, const OpenRasters& rasters, const ProgressCallback& progress) {
   auto reader = StoreReader::open(path);
   if (!reader) return reader.problem();
   const proto::Manifest manifest = (*reader)->manifest();
   Report report;
   try {
-    StoreCheck check(path, manifest, report);
+    StoreCheck check(path, manifest, progress, report);
     if (!check.pages() || !check.plan()) return report;
     std::unique_ptr<ErrorLaws> errors;
     if (rasters) {

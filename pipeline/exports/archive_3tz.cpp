@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "pipeline/encode/little_endian.h"
+#include "pipeline/exports/export_work.h"
 #include "pipeline/exports/tile_places.h"
 #include "pipeline/exports/whole_file.h"
 #include "pipeline/exports/zip_writer.h"
@@ -45,7 +46,8 @@ struct Entry {
   faces::Document document;
 };
 
-void write(const faces::Terrain& terrain, const faces::Face& face, unsigned threads, const fs::path& sibling) {
+void write(const faces::Terrain& terrain, const faces::Face& face, const ExportWork& work, const fs::path& sibling) {
+  ExportProgress progress(work.progress);
   std::ofstream out = opened(sibling);
   ZipWriter zip(out);
   std::vector<IndexEntry> entries;
@@ -55,12 +57,19 @@ void write(const faces::Terrain& terrain, const faces::Face& face, unsigned thre
     entries.push_back({{little_endian_at<std::uint64_t>(hash, 0), little_endian_at<std::uint64_t>(hash, 8)}, offset});
   };
   faces::Batches<Entry> documents(
-      threads, [&](Entry& entry) { entry.document = made(terrain, *entry.resource, entry.place); },
-      [&](Entry& entry) { add(entry.path, entry.document.bytes); });
-  each_named(terrain, face, threads, [&](const std::string& path, const faces::Found& found) {
+      work.threads, [&](Entry& entry) { entry.document = made(terrain, *entry.resource, entry.place); },
+      [&](Entry& entry) {
+        add(entry.path, entry.document.bytes);
+        progress.next();
+      });
+  progress.expect(terrain, [&](const auto& one) {
+    each_named(terrain, face, {1, faces::Named::expected}, [&](const std::string&, const faces::Found&) { one(); });
+  });
+  each_named(terrain, face, work.threads, [&](const std::string& path, const faces::Found& found) {
     documents.add({path, found.resource, found.place, {}});
   });
   documents.finish();
+  progress.finish();
   // No client of 3D Tiles asks for it: it says what the tiles were made of, as in a folder.
   add(kManifest, manifest_json(terrain.manifest()));
   zip.add(kIndex, index_bytes(std::move(entries)));
@@ -73,8 +82,8 @@ void write(const faces::Terrain& terrain, const faces::Face& face, unsigned thre
 bool fits_3tz(const faces::Face& face) { return face.entry == kEntry; }
 
 proto::Result<void> write_3tz(const faces::Terrain& terrain, const faces::Face& face, const std::string& path, Existing other,
-                              unsigned threads) {
-  return write_export(path, other, [&](const fs::path& sibling) { write(terrain, face, threads, sibling); });
+                              const ExportWork& work) {
+  return write_export(path, other, [&](const fs::path& sibling) { write(terrain, face, work, sibling); });
 }
 
 }  // namespace cordillera::pipeline::exports

@@ -3,6 +3,7 @@
 // directory. After the specification of 3TZ, version 1.3 (erikdahlstrom/3tz-specification).
 #include <string>
 
+#include "pipeline/exports/export_work.h"
 #include "pipeline/faces/face.h"
 
 namespace cordillera::pipeline::exports {
@@ -11,8 +12,8 @@ namespace cordillera::pipeline::exports {
 bool fits_3tz(const faces::Face& face);
 
 /// Every path of the face, under its own name. A ZIP has no way to store equal tiles once. Some 150 bytes of memory a path,
-/// and four tiles a thread. threads: that make tiles; 0: one for each usable core.
+/// and four tiles a thread.
 proto::Result<void> write_3tz(const faces::Terrain& terrain, const faces::Face& face, const std::string& path,
-                              Existing other = Existing::replace, unsigned threads = 1);
+                              Existing other = Existing::replace, const ExportWork& work = {});
 
 }  // namespace cordillera::pipeline::exports

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <set>
 
+#include "pipeline/exports/export_work.h"
 #include "pipeline/exports/folder_page.h"
 #include "pipeline/exports/tile_places.h"
 #include "pipeline/exports/whole_file.h"
@@ -70,16 +71,24 @@ struct File {
   faces::Place place;
 };
 
-void write_faces(const faces::Terrain& terrain, const std::vector<const faces::Face*>& chosen, unsigned threads, Workplace& to) {
+void write_faces(const faces::Terrain& terrain, const std::vector<const faces::Face*>& chosen, const exports::ExportWork& work,
+                 Workplace& to) {
+  exports::ExportProgress progress(work.progress);
   faces::Batches<File> files(
-      threads, [&](File& file) { to.write(file.path, exports::made(terrain, *file.resource, file.place).bytes); }, nullptr);
+      work.threads, [&](File& file) { to.write(file.path, exports::made(terrain, *file.resource, file.place).bytes); },
+      [&](File&) { progress.next(); });
+  progress.expect(terrain, [&](const auto& one) {
+    for (const faces::Face* face : chosen)
+      face->each_path(terrain, {[&](const std::string&) { one(); }, {1, faces::Named::expected}});
+  });
   for (const faces::Face* face : chosen) {
-    exports::each_named(terrain, *face, threads, [&](const std::string& path, const faces::Found& found) {
+    exports::each_named(terrain, *face, work.threads, [&](const std::string& path, const faces::Found& found) {
       to.make_folder_of(path);
       files.add({path, found.resource, found.place});
     });
   }
   files.finish();
+  progress.finish();
 }
 
 /// They take each other's names in one step. False: their file system cannot.
@@ -133,7 +142,7 @@ proto::Result<void> check_export_folder(const std::string& folder, Existing othe
 }
 
 proto::Result<void> export_static(const faces::Terrain& terrain, const std::vector<const faces::Face*>& chosen,
-                                  const std::string& folder, Existing other, unsigned threads) {
+                                  const std::string& folder, Existing other, const exports::ExportWork& work) {
   if (const auto usable = check_export_folder(folder, other); !usable) return usable;
   try {
     const fs::path target = (fs::absolute(folder) / "").lexically_normal().parent_path();  // without a slash at the end
@@ -141,13 +150,13 @@ proto::Result<void> export_static(const faces::Terrain& terrain, const std::vect
     exports::remove_left_behind(target.parent_path(), before, {""});
     // Where nothing has its place, a kill has left the earlier export under that name alone.
     if (fs::exists(target)) exports::remove_left_behind(target.parent_path(), before, {kOld});
-    Workplace work(target.string() + exports::kPartial + std::to_string(getpid()));
-    write_faces(terrain, chosen, threads, work);
-    work.write("manifest.json", manifest_json(terrain.manifest()));
+    Workplace place(target.string() + exports::kPartial + std::to_string(getpid()));
+    write_faces(terrain, chosen, work, place);
+    place.write("manifest.json", manifest_json(terrain.manifest()));
     const bool has_page =
         std::any_of(chosen.begin(), chosen.end(), [](const faces::Face* face) { return face->entry == "tileset.json"; });
-    if (has_page) work.write(kFolderPage, folder_page(terrain));
-    move_into_place(work, target);
+    if (has_page) place.write(kFolderPage, folder_page(terrain));
+    move_into_place(place, target);
     return {};
   } catch (const exports::Refused& refused) { return refused.problem; } catch (const fs::filesystem_error& e) {
     return write_problem(folder, e.code().message());

@@ -5,6 +5,7 @@
 
 #include "pipeline/encode/json.h"
 #include "pipeline/exports/archive_metadata.h"
+#include "pipeline/exports/export_work.h"
 #include "pipeline/exports/gzip.h"
 #include "pipeline/exports/tile_places.h"
 #include "pipeline/exports/whole_file.h"
@@ -63,13 +64,14 @@ struct MapTile {
   std::string id, bytes;
 };
 
-Zooms write_tiles(const faces::Terrain& terrain, const faces::Face& face, unsigned threads, MbtilesOutput& output) {
+Zooms write_tiles(const faces::Terrain& terrain, const faces::Face& face, const ExportWork& work, MbtilesOutput& output) {
+  ExportProgress progress(work.progress);
   const faces::Resource& tiles = *tiles_of(face);
   Statement image(output.database(), "INSERT OR IGNORE INTO images VALUES (CAST(? AS TEXT), ?)");
   Statement place(output.database(), "INSERT OR IGNORE INTO map VALUES (?, ?, ?, CAST(? AS TEXT))");
   Zooms zooms;
   faces::Batches<MapTile> all(
-      threads,
+      work.threads,
       [&](MapTile& tile) {
         const faces::Document document = made(terrain, tiles, tile.at);
         tile.id = hex(content_hash(document.bytes));
@@ -81,9 +83,14 @@ Zooms write_tiles(const faces::Terrain& terrain, const faces::Face& face, unsign
           place.bind(tile.at.z, tile.at.x, proto::tiles_up(tile.at.z) - 1 - tile.at.y, tile.id).run();
         });
         zooms = {std::min(zooms.least, tile.at.z), std::max(zooms.most, tile.at.z)};
+        progress.next();
       });
-  each_place(terrain, face, tiles, threads, [&](const faces::Place& at) { all.add({at, {}, {}}); });
+  progress.expect(terrain, [&](const auto& one) {
+    each_place(terrain, face, tiles, {1, faces::Named::expected}, [&](const faces::Place&) { one(); });
+  });
+  each_place(terrain, face, tiles, work.threads, [&](const faces::Place& at) { all.add({at, {}, {}}); });
   all.finish();
+  progress.finish();
   return zooms;
 }
 
@@ -121,11 +128,11 @@ bool fits_mbtiles(const faces::Face& face) {
 }
 
 proto::Result<void> write_mbtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path, Existing other,
-                                  unsigned threads) {
+                                  const ExportWork& work) {
   return write_export(path, other, [&](const fs::path& sibling) {
     MbtilesOutput output(path, sibling);
     Transaction all(output.database());
-    write_metadata(terrain, face, write_tiles(terrain, face, threads, output), output);
+    write_metadata(terrain, face, write_tiles(terrain, face, work, output), output);
     output.write([&] { all.commit(); });
   });
 }

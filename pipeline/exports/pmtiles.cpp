@@ -10,6 +10,7 @@
 
 #include "pipeline/encode/little_endian.h"
 #include "pipeline/exports/archive_metadata.h"
+#include "pipeline/exports/export_work.h"
 #include "pipeline/exports/gzip.h"
 #include "pipeline/exports/hilbert.h"
 #include "pipeline/exports/pmtiles_directory.h"
@@ -50,6 +51,12 @@ void ask(const std::function<std::optional<proto::Problem>(std::uint64_t)>& boun
   if (refused) throw Refused{std::move(*refused)};
 }
 
+/// What an archive is made with.
+struct Making {
+  const ArchiveBounds& bounds;
+  const ExportWork& work;
+};
+
 /// The bytes of some tiles, where they wait.
 struct Content {
   std::uint64_t offset = 0;
@@ -70,14 +77,15 @@ struct DrawnTile {
 };
 
 /// Every tile is drawn as it is listed, once: to tell whether it shows anything is most of the work. Every content once, too.
-Waiting write_as_they_come(const faces::Terrain& terrain, const faces::Face& face, const Resource& tiles,
-                           const ArchiveBounds& bounds, unsigned threads, std::ostream& out) {
+Waiting write_as_they_come(const faces::Terrain& terrain, const faces::Face& face, const Resource& tiles, const Making& making,
+                           std::ostream& out) {
+  ExportProgress progress(making.work.progress);
   Waiting all;
   std::uint64_t bytes = 0;
   std::unordered_map<std::string, std::size_t, HashOfHash> known;
   std::unordered_set<std::uint64_t> listed;
   faces::Batches<DrawnTile> drawn(
-      threads,
+      making.work.threads,
       [&](DrawnTile& tile) {
         const faces::Document document = made(terrain, tiles, place_at(tiles.grid, hilbert_address(tile.id)));
         tile.hash = content_hash(document.bytes);
@@ -87,20 +95,25 @@ Waiting write_as_they_come(const faces::Terrain& terrain, const faces::Face& fac
       [&](DrawnTile& tile) {
         const auto [found, fresh] = known.try_emplace(tile.hash, all.contents.size());
         if (fresh) {
-          ask(bounds.bytes, tile.bytes.size());
+          ask(making.bounds.bytes, tile.bytes.size());
           all.contents.push_back({bytes, static_cast<std::uint32_t>(tile.bytes.size())});
           bytes += tile.bytes.size();
           append(out, tile.bytes);
         }
         all.tiles.push_back({tile.id, found->second});
+        progress.next();
       });
-  each_place(terrain, face, tiles, threads, [&](const faces::Place& place) {
+  progress.expect(terrain, [&](const auto& one) {
+    each_place(terrain, face, tiles, {1, faces::Named::expected}, [&](const faces::Place&) { one(); });
+  });
+  each_place(terrain, face, tiles, making.work.threads, [&](const faces::Place& place) {
     const std::uint64_t id = hilbert_id(square_address(tiles.grid, place));
     if (!listed.insert(id).second) return;
-    ask(bounds.tiles, listed.size());
+    ask(making.bounds.tiles, listed.size());
     drawn.add({id, {}, {}});
   });
   drawn.finish();
+  progress.finish();
   std::ranges::sort(all.tiles, {}, &WaitingTile::id);
   return all;
 }
@@ -171,14 +184,13 @@ std::string header(const Resource& tiles, const Contents& all, const PmtilesDire
 }
 
 /// The directories stand before the tiles and are known after them: the tiles wait in a file of their own, as they come.
-void write(const faces::Terrain& terrain, const faces::Face& face, const ArchiveBounds& bounds, unsigned threads,
-           const fs::path& sibling) {
+void write(const faces::Terrain& terrain, const faces::Face& face, const Making& making, const fs::path& sibling) {
   const Resource& tiles = *tiles_of(face);
   const TemporaryFile spool(sibling.string() + ".tiles");
   std::ofstream waiting = opened(spool.path());
-  const Contents all = in_order(write_as_they_come(terrain, face, tiles, bounds, threads, waiting));
+  const Contents all = in_order(write_as_they_come(terrain, face, tiles, making, waiting));
   waiting.close();
-  ask(bounds.bytes, all.bytes);
+  ask(making.bounds.bytes, all.bytes);
   const PmtilesDirectories directories = pmtiles_directories(all.entries);
   const std::string metadata = gzip(archive_metadata(terrain, face, all.least_zoom, all.most_zoom));
   std::ofstream out = opened(sibling);
@@ -194,13 +206,15 @@ void write(const faces::Terrain& terrain, const faces::Face& face, const Archive
 bool fits_pmtiles(const faces::Face& face) { return tiles_of(face) != nullptr; }
 
 proto::Result<void> write_pmtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path, Existing other,
-                                  unsigned threads) {
-  return write_export(path, other, [&](const fs::path& sibling) { write(terrain, face, {}, threads, sibling); });
+                                  const ExportWork& work) {
+  return write_export(path, other, [&](const fs::path& sibling) { write(terrain, face, {ArchiveBounds{}, work}, sibling); });
 }
 
 proto::Result<void> write_pmtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path,
                                   const ArchiveBounds& bounds) {
-  return write_export(path, Existing::replace, [&](const fs::path& sibling) { write(terrain, face, bounds, 1, sibling); });
+  return write_export(path, Existing::replace, [&](const fs::path& sibling) {
+    write(terrain, face, {bounds, ExportWork{}}, sibling);
+  });
 }
 
 }  // namespace cordillera::pipeline::exports

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "pipeline/exports/export_work.h"
 #include "pipeline/faces/face.h"
 
 namespace cordillera::pipeline::exports {
@@ -21,10 +22,9 @@ struct ArchiveBounds {
 };
 
 /// Clustered: the bytes lie in the order of the directories; equal tiles are stored once. Some 150 bytes of memory a tile, and
-/// four tiles a thread. threads: that make tiles; 0: one for each usable core. A face that does not fit is a programmer's
-/// mistake.
+/// four tiles a thread. A face that does not fit is a programmer's mistake.
 proto::Result<void> write_pmtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path,
-                                  Existing other = Existing::replace, unsigned threads = 1);
+                                  Existing other = Existing::replace, const ExportWork& work = {});
 /// By the caller's thread alone.
 proto::Result<void> write_pmtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path,
                                   const ArchiveBounds& bounds);

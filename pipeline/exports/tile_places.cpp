@@ -23,19 +23,19 @@ const Resource* tiles_of(const faces::Face& face) {
   return nullptr;
 }
 
-void each_named(const faces::Terrain& terrain, const faces::Face& face, unsigned threads,
+void each_named(const faces::Terrain& terrain, const faces::Face& face, faces::Listing listing,
                 const std::function<void(const std::string& path, const faces::Found& found)>& visit) {
   const auto take = [&](const std::string& path) {
     const auto found = faces::find(path);
     if (!found) throw std::logic_error("a face names " + path + ", which it does not know");
     visit(path, *found);
   };
-  face.each_path(terrain, {take, threads});
+  face.each_path(terrain, {take, listing});
 }
 
-void each_place(const faces::Terrain& terrain, const faces::Face& face, const Resource& tiles, unsigned threads,
+void each_place(const faces::Terrain& terrain, const faces::Face& face, const Resource& tiles, faces::Listing listing,
                 const std::function<void(const Place&)>& visit) {
-  each_named(terrain, face, threads, [&](const std::string&, const faces::Found& found) {
+  each_named(terrain, face, listing, [&](const std::string&, const faces::Found& found) {
     const Place& at = found.place;
     if (found.resource->path == tiles.path) visit(at);
     const bool below_a_root = found.resource->grid == Grid::implicit && tiles.grid == Grid::geodetic;

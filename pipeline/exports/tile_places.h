@@ -12,14 +12,13 @@ namespace cordillera::pipeline::exports {
 /// has none.
 const faces::Resource* tiles_of(const faces::Face& face);
 
-/// Every path that the face names, and what stands there, in the face's order. threads: that look which tiles show something; 0:
-/// one for each usable core. visit is called by the caller's.
-void each_named(const faces::Terrain& terrain, const faces::Face& face, unsigned threads,
+/// Every path that the face names, and what stands there, in the face's order. visit is called by the caller's thread.
+void each_named(const faces::Terrain& terrain, const faces::Face& face, faces::Listing listing,
                 const std::function<void(const std::string& path, const faces::Found& found)>& visit);
 
 /// Every place that the face names for these tiles, in the same way. A tile that it names below an implicit root is named by
 /// its absolute address.
-void each_place(const faces::Terrain& terrain, const faces::Face& face, const faces::Resource& tiles, unsigned threads,
+void each_place(const faces::Terrain& terrain, const faces::Face& face, const faces::Resource& tiles, faces::Listing listing,
                 const std::function<void(const faces::Place&)>& visit);
 
 /// An address in a pyramid with one tile at zoom 0 and rows from the north, as PMTiles and web maps count.

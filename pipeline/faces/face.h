@@ -78,19 +78,33 @@ struct Resource {
   std::string_view intervals{};  ///< what ?interval= accepts, in the same way
 };
 
+/// Which paths of a face are named.
+enum class Named : std::uint8_t {
+  shown,     ///< those that have something
+  expected,  ///< also tiles that only drawing tells to be empty: none is drawn. For those who want to know how many about there
+             ///< are
+};
+
+/// How paths are found. threads: that may find out what has something; 0: one for each usable core.
+struct Listing {
+  Listing(unsigned with_threads = 1, Named which = Named::shown) : threads(with_threads), named(which) {}
+  unsigned threads;
+  Named named;
+};
+
 /// Is given every path of a face that has something, in an order that depends on the dataset alone, by the caller's thread.
 class PathSink {
  public:
-  /// threads: that may find out what has something; 0: one for each usable core.
   template <class Take>
-  requires std::invocable<const Take&, const std::string&> PathSink(Take take, unsigned threads = 1)
-      : take_(std::move(take)), threads_(threads) {}
+  requires std::invocable<const Take&, const std::string&> PathSink(Take take, Listing listing = {})
+      : take_(std::move(take)), listing_(listing) {}
   void operator()(const std::string& path) const { take_(path); }
-  unsigned threads() const { return threads_; }
+  unsigned threads() const { return listing_.threads; }
+  Named named() const { return listing_.named; }
 
  private:
   std::function<void(const std::string& path)> take_;
-  unsigned threads_;
+  Listing listing_;
 };
 
 struct Face {

@@ -80,7 +80,9 @@ proto::Result<void> export_to(const std::string& store, const BuildLine& line, c
   if (!reader) return reader.problem();
   const pipeline::faces::Terrain terrain(std::move(reader).value(), look, &g_asked_to_stop);
   if (auto shown = pipeline::faces::check_photo(terrain); !shown) return shown;
-  return pipeline::export_static(terrain, line.formats, folder.string(), line.other, threads);
+  ProgressBar bar(line.words == Verbosity::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none, kBarPatience);
+  return pipeline::export_static(terrain, line.formats, folder.string(), line.other,
+                                 {threads, [&](const proto::Progress& progress) { bar.show(progress); }});
 }
 
 int done(const proto::Manifest& manifest, const std::string& place, Verbosity words, StageTimes& times) {
@@ -149,6 +151,7 @@ int build_exported(pipeline::BuildRequest request, const BuildLine& line) {
   told.format = line.only_format;
   told.look = line.look;
   told.other = line.other;
+  told.words = line.words;
   if (is_archive_name(line.output)) told.threads = std::to_string(request.options.threads());
   if (const auto usable = check_export(told); !usable) {
     const int code = fail(usable.problem());

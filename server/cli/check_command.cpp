@@ -8,6 +8,7 @@
 #include "raster/mosaic/mosaic_description.h"
 #include "server/cli/commands.h"
 #include "server/cli/path_kind.h"
+#include "server/cli/progress_bar.h"
 #include "server/cli/sources.h"
 #include "server/data/layout.h"
 #include "server/datasets/registry.h"
@@ -82,7 +83,7 @@ OpenRasters rasters_of(const std::vector<std::string>& sources) {
   };
 }
 
-proto::Result<Report> check_one(const fs::path& path, const OpenRasters& rasters) {
+proto::Result<Report> check_one(const fs::path& path, const OpenRasters& rasters, Show show) {
   std::error_code error;
   if (path_kind(path.string()) == PathKind::raster)
     return proto::Problem{"store-unknown", path.string() + " is no dataset",
@@ -90,9 +91,11 @@ proto::Result<Report> check_one(const fs::path& path, const OpenRasters& rasters
   if (fs::exists(path / pipeline::work::kPlanFile, error) && !fs::exists(path / "manifest.json", error))
     return proto::Problem{"store-unknown", path.string() + " is a plan, whose results `cordillera publish` checks",
                           "what publish wrote: a .sqlite file or a folder of tiles", "path"};
-  if (!fs::is_directory(path, error)) return pipeline::check::check_store(path.string(), rasters);
-  if (fs::exists(path / kStoreFile, error)) return pipeline::check::check_store((path / kStoreFile).string(), rasters);
-  return pipeline::check::check_folder(path.string(), rasters);
+  ProgressBar bar(show == Show::table ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none, kBarPatience);
+  const auto told = [&](const proto::Progress& progress) { bar.show(progress); };
+  if (!fs::is_directory(path, error)) return pipeline::check::check_store(path.string(), rasters, told);
+  if (fs::exists(path / kStoreFile, error)) return pipeline::check::check_store((path / kStoreFile).string(), rasters, told);
+  return pipeline::check::check_folder(path.string(), rasters, told);
 }
 
 /// Datasets of a server's data folder that should be whole; the server may run.
@@ -139,10 +142,10 @@ int check_command(const CheckLine& line) {
       return kFailed;
     }
     for (const std::string& id : ids)
-      sound = tell(layout.dataset(id).string(), check_one(layout.store(id), nullptr), line.show, all) && sound;
+      sound = tell(layout.dataset(id).string(), check_one(layout.store(id), nullptr, line.show), line.show, all) && sound;
     if (line.show == Show::table) std::cout << line.path << ": " << ids.size() << " datasets that are ready\n";
   } else {
-    sound = tell(line.path, check_one(line.path, rasters_of(line.sources)), line.show, all);
+    sound = tell(line.path, check_one(line.path, rasters_of(line.sources), line.show), line.show, all);
   }
   if (line.show == Show::json) std::cout << Json{{"sound", sound}, {"datasets", all}}.dump(2) << "\n";
   return sound ? kDone : kFailed;

@@ -15,6 +15,7 @@
 #include "raster/gdal/formats.h"
 #include "server/cli/export_command.h"
 #include "server/cli/path_kind.h"
+#include "server/cli/progress_bar.h"
 #include "server/options/mesh_options.h"
 #include "server/sandbox/asked_to_stop.h"
 
@@ -33,7 +34,7 @@ std::string endings() { return ".pmtiles, .mbtiles, .3tz, " + mesh_endings_text(
 struct ArchiveKind {
   std::string_view ending;
   bool (*fits)(const Face&);
-  proto::Result<void> (*write)(const Terrain&, const Face&, const std::string&, pipeline::Existing, unsigned);
+  proto::Result<void> (*write)(const Terrain&, const Face&, const std::string&, pipeline::Existing, const ExportWork&);
 };
 constexpr ArchiveKind kArchives[] = {
     {"pmtiles", fits_pmtiles, write_pmtiles}, {"mbtiles", fits_mbtiles, write_mbtiles}, {"3tz", fits_3tz, write_3tz}};
@@ -89,7 +90,8 @@ proto::Result<unsigned> threads_of(const ExportLine& line) {
   return threads;
 }
 
-proto::Result<std::string> export_archive(const ArchiveKind& archive, const ExportLine& line, const Terrain& terrain) {
+proto::Result<std::string> export_archive(const ArchiveKind& archive, const ExportLine& line, const Terrain& terrain,
+                                          const pipeline::ProgressCallback& progress) {
   if (!line.mesh.empty()) {
     return Problem{"usage", line.mesh.front().first + " is for meshes: a ." + std::string(archive.ending) + " holds all tiles",
                    mesh_endings_text(" or "), line.mesh.front().first};
@@ -98,11 +100,13 @@ proto::Result<std::string> export_archive(const ArchiveKind& archive, const Expo
   if (!face) return face.problem();
   const auto threads = threads_of(line);
   if (!threads) return threads.problem();
-  if (auto written = archive.write(terrain, **face, line.output, line.other, *threads); !written) return written.problem();
+  const ExportWork work(*threads, progress);
+  if (auto written = archive.write(terrain, **face, line.output, line.other, work); !written) return written.problem();
   return std::string((*face)->name) + " written to " + line.output;
 }
 
-proto::Result<std::string> export_mesh(MeshKind kind, const ExportLine& line, const Terrain& terrain) {
+proto::Result<std::string> export_mesh(MeshKind kind, const ExportLine& line, const Terrain& terrain,
+                                       const pipeline::ProgressCallback& progress) {
   auto request = mesh_request(line.mesh, Spelling::command_line);
   if (!request) return request.problem();
   if (!line.most_triangles.empty()) {
@@ -112,8 +116,11 @@ proto::Result<std::string> export_mesh(MeshKind kind, const ExportLine& line, co
     request->most_triangles = static_cast<std::uint64_t>(most);
   }
   if (const auto held = check_frame(kind, request->frame); !held) return held.problem();
-  const auto mesh = extract_mesh(terrain, *request);
+  const auto mesh = extract_mesh(terrain, *request, progress);
   if (!mesh) return mesh.problem();
+  proto::Progress writing;
+  writing.set_stage("write");
+  progress(writing);
   const auto written = write_export(line.output, line.other, [&](const fs::path& sibling) {
     std::ofstream out = opened(sibling);
     write_mesh(out, *mesh, kind, terrain.manifest());
@@ -139,9 +146,11 @@ proto::Result<std::string> export_of(const ExportLine& line) {
   const Terrain terrain(std::move(*store), *look, &g_asked_to_stop);
   if (const auto shown = pipeline::faces::check_photo(terrain); !shown) return shown.problem();
   const ArchiveKind* const archive = archive_of(line.output);
+  ProgressBar bar(line.words == Verbosity::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none, kBarPatience);
+  const auto show = [&](const proto::Progress& progress) { bar.show(progress); };
   try {
-    return archive != nullptr ? export_archive(*archive, line, terrain)
-                              : export_mesh(*mesh_kind(ending_of(line.output)), line, terrain);
+    return archive != nullptr ? export_archive(*archive, line, terrain, show)
+                              : export_mesh(*mesh_kind(ending_of(line.output)), line, terrain, show);
   } catch (const pipeline::StoreError& damage) {  // a mesh is put together before it is written
     return pipeline::exports::damaged(line.source, damage);
   }

@@ -38,7 +38,7 @@ std::string progress_text(const proto::Progress& progress) {
 ProgressBar::Style ProgressBar::where_stderr_goes() { return isatty(STDERR_FILENO) ? Style::bar : Style::lines; }
 
 void ProgressBar::show(const proto::Progress& progress) {
-  if (style_ == Style::none) return;
+  if (style_ == Style::none || now_() < first_) return;
   if (style_ == Style::bar) {
     std::string bar(static_cast<std::size_t>(std::lround(kBar * share_of(progress))), '#');
     bar.resize(kBar, '.');

@@ -1,5 +1,8 @@
 #pragma once
-// Progress of a build on stderr: a bar where someone watches, a line for each stage and each tenth of it where a log is written.
+// Progress of a build, an export or a check on stderr: a bar where someone watches, a line for each stage and each tenth of it
+// where a log is written.
+#include <chrono>
+#include <functional>
 #include <string>
 
 #include "cordillera.pb.h"
@@ -9,18 +12,29 @@ namespace cordillera::server {
 class ProgressBar {
  public:
   enum class Style { bar, lines, none };
+  using Clock = std::chrono::steady_clock;
   static Style where_stderr_goes();
-  explicit ProgressBar(Style style) : style_(style) {}
+  /// patience: of what is over by then, counted from here, nothing is shown. now: another clock than the wall's, for tests.
+  explicit ProgressBar(Style style, Clock::duration patience = {}, std::function<Clock::time_point()> now = Clock::now)
+      : style_(style), now_(std::move(now)), first_(now_() + patience) {}
+  ~ProgressBar() { finish(); }
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
   void show(const proto::Progress& progress);
   /// Ends the bar's line.
   void finish();
 
  private:
   Style style_;
+  std::function<Clock::time_point()> now_;
+  Clock::time_point first_;  ///< moment at which something may be shown
   bool open_ = false;
   std::string stage_;
   int tenth_ = 0;  ///< of the stage, the last that was told
 };
+
+/// Of commands that are mostly over in no time: an export, a check.
+inline constexpr ProgressBar::Clock::duration kBarPatience = std::chrono::seconds(1);
 
 /// "build 30 %, 1 min 20 s left"; only the stage where there is nothing to count.
 std::string progress_text(const proto::Progress& progress);

@@ -14,6 +14,7 @@
 #include "raster/storage/storage.h"
 #include "server/cli/export_command.h"
 #include "server/cli/path_kind.h"
+#include "server/cli/progress_bar.h"
 #include "server/cli/work_commands.h"
 #include "server/sandbox/asked_to_stop.h"
 
@@ -40,6 +41,7 @@ ExportLine export_line(const PublishLine& line) {
   told.format = line.only_format;
   told.look = line.look;
   told.other = line.other;
+  told.words = line.words;
   return told;
 }
 
@@ -93,7 +95,9 @@ proto::Result<void> export_from(const std::string& store, const PublishLine& lin
     if (!reader) return reader.problem();
     const pipeline::faces::Terrain terrain(std::move(reader).value(), look, &g_asked_to_stop);
     if (auto shown = pipeline::faces::check_photo(terrain); !shown) return shown;
-    return pipeline::export_static(terrain, line.formats, place.string(), line.other, 0);
+    ProgressBar bar(line.words == Verbosity::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none, kBarPatience);
+    return pipeline::export_static(terrain, line.formats, place.string(), line.other,
+                                   {0, [&](const proto::Progress& progress) { bar.show(progress); }});
   }();
   std::error_code error;
   fs::remove(store, error);

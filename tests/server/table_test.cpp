@@ -52,6 +52,23 @@ TEST(Tables, ALogGetsALineForEachStageAndTenth) {
   EXPECT_EQ(log_of(ProgressBar::Style::none), "");
 }
 
+TEST(Tables, WhatIsOverSoonIsNotTold) {
+  using namespace std::chrono_literals;
+  ProgressBar::Clock::time_point now{};
+  testing::internal::CaptureStderr();
+  {
+    ProgressBar bar(ProgressBar::Style::lines, 1s, [&] { return now; });
+    bar.show(progress("export", 0, 1000, -1));
+    now += 999ms;
+    bar.show(progress("export", 300, 1000, -1));
+    now += 1ms;
+    bar.show(progress("export", 370, 1000, -1));
+    bar.show(progress("export", 380, 1000, -1));
+    bar.show(progress("export", 1000, 1000, -1));
+  }
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "export 37 %\nexport 100 %\n");
+}
+
 proto::Manifest manifest() {
   proto::Manifest manifest;
   manifest.set_device("cpu");

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "pipeline/encode/published_mesh.h"
+#include "pipeline/exports/export_work.h"
 #include "pipeline/exports/mesh/mesh_weld.h"
 #include "pipeline/exports/whole_file.h"
 #include "raster/place/area.h"
@@ -84,14 +85,19 @@ bool lies_flat(const proto::TriangleMesh& mesh) {
 }
 
 /// Nothing where the mesh would have more triangles than it may.
-std::optional<ExtractedMesh> extract(const faces::Terrain& terrain, const MeshRequest& request, int level, const ToMap& to_map) {
+std::optional<ExtractedMesh> extract(const faces::Terrain& terrain, const MeshRequest& request, int level, const ToMap& to_map,
+                                     ExportProgress& progress) {
   const MeshWindow window = window_of(terrain, request, level);
   const auto [column, row] = middle_of(terrain, request);
   MeshWelder welder(terrain.lattice(), window, request.frame, {column, row}, to_map);
   bool whole = true;
+  progress.expect(terrain, [&](const auto& one) {
+    each_tile(terrain, window, [&](const proto::TileRecord&, std::int64_t) { return one(), true; });
+  });
   each_tile(terrain, window, [&](const proto::TileRecord& record, std::int64_t x) {
     const auto tile = terrain.mesh({level, static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())});
     if (tile) welder.add(tile->mesh(), x);
+    progress.next();
     whole = welder.mesh().triangles.size() <= request.most_triangles;
     return whole && !terrain.is_stopped();
   });
@@ -156,7 +162,8 @@ Problem nothing_there(const faces::Terrain& terrain, const MeshRequest& request,
 
 }  // namespace
 
-proto::Result<ExtractedMesh> extract_mesh(const faces::Terrain& terrain, const MeshRequest& request) {
+proto::Result<ExtractedMesh> extract_mesh(const faces::Terrain& terrain, const MeshRequest& request,
+                                          const ProgressCallback& progress) {
   const auto least = static_cast<int>(terrain.manifest().min_level()), most = static_cast<int>(terrain.manifest().max_level());
   const auto wanted = request.tile ? std::optional(request.tile->z) : request.level;
   if (wanted && !request.tile && (*wanted < least || *wanted > most)) {
@@ -174,9 +181,10 @@ proto::Result<ExtractedMesh> extract_mesh(const faces::Terrain& terrain, const M
     map.emplace(std::move(*opened));
     to_map = onto(*map, terrain);
   }
+  ExportProgress told(progress);
   int level = *first;
   for (; level >= least; --level) {  // what seemed to fit may not
-    auto mesh = extract(terrain, request, level, to_map);
+    auto mesh = extract(terrain, request, level, to_map, told);
     if (terrain.is_stopped()) return kStopped;
     if (mesh && mesh->mesh.triangles.empty()) return nothing_there(terrain, request, level);
     if (mesh && map) {

@@ -2,6 +2,7 @@
 // Tiles of one level welded into one mesh, for programs that know no tiles.
 #include <string>
 
+#include "pipeline/build/build.h"
 #include "pipeline/exports/mesh/mesh_request.h"
 #include "proto/ellipsoid.h"
 #include "proto/mesh_file/triangle_mesh.h"
@@ -29,6 +30,8 @@ struct ExtractedMesh {
 /// cuts the triangles it crosses; what the cut adds lies on the triangles' flat surface. A pole's row is one vertex, but in
 /// geodetic coordinates. Problems beside those of the request: of a map, as raster::MapProjection::open has them, and
 /// "crs-unsupported" where it tears the mesh or turns parts of it over; without a geoid.
-proto::Result<ExtractedMesh> extract_mesh(const faces::Terrain& terrain, const MeshRequest& request);
+/// progress: called by the caller's thread; may be empty.
+proto::Result<ExtractedMesh> extract_mesh(const faces::Terrain& terrain, const MeshRequest& request,
+                                          const ProgressCallback& progress = {});
 
 }  // namespace cordillera::pipeline::exports

@@ -105,6 +105,7 @@ void each_shown_tile(const Terrain& terrain, Beyond beyond, const PathSink& sink
 
 void each_raster_tile(const Terrain& terrain, const RasterStyle& style, const PathSink& sink) {
   each_shown_tile(terrain, style.beyond, sink, [&](const Place& place) -> std::optional<std::string> {
+    if (sink.named() == Named::expected) return path_at(style, place);
     const auto tile = drawn(terrain, place, style);
     if (tile && !*tile) return std::nullopt;
     return path_at(style, place);  // a problem is told to whoever fetches it
