@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -52,6 +53,8 @@ class ArchiveReader {
   virtual const Json& metadata() const = 0;
   /// Nothing where it is known only when all tiles are read.
   virtual std::optional<ArchiveSize> size() = 0;
+  /// How many tiles each zoom has; none is read.
+  virtual std::map<int, std::uint64_t> tiles_by_zoom() = 0;
   /// Every tile, not compressed beyond its own format. Memory does not grow with the archive.
   virtual void each_tile(const Take& take) = 0;
 };

@@ -28,6 +28,16 @@ class MbtilesFile final : public ArchiveReader {
 
   std::optional<ArchiveSize> size() override { return std::nullopt; }
 
+  std::map<int, std::uint64_t> tiles_by_zoom() override {
+    std::map<int, std::uint64_t> tiles;
+    Statement row(database_, "SELECT zoom_level, count(*) FROM tiles GROUP BY zoom_level");
+    while (row.step()) {
+      if (row.integer(0) < 0 || row.integer(0) > kMostArchiveZoom) damaged();
+      tiles[static_cast<int>(row.integer(0))] = static_cast<std::uint64_t>(row.integer(1));
+    }
+    return tiles;
+  }
+
   void each_tile(const Take& take) override {
     Statement row(database_, "SELECT zoom_level, tile_column, tile_row, tile_data FROM tiles");
     while (row.step()) {

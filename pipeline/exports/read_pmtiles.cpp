@@ -1,4 +1,5 @@
 // After github.com/protomaps/PMTiles, spec/v3. A directory's leaves follow it; whatever a damaged file says, reading ends.
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -41,6 +42,19 @@ class PmtilesFile final : public ArchiveReader {
       before = run;
     });
     return size;
+  }
+
+  std::map<int, std::uint64_t> tiles_by_zoom() override {
+    std::map<int, std::uint64_t> tiles;
+    each_run([&](const PmtilesEntry& run) {
+      for (std::uint64_t id = run.id, end = run.id + run.run; id < end;) {  // a run may go on at the next zoom
+        const int zoom = hilbert_address(id).zoom;
+        const std::uint64_t until = std::min(end, hilbert_id({zoom + 1, 0, 0}));
+        tiles[zoom] += until - id;
+        id = until;
+      }
+    });
+    return tiles;
   }
 
   void each_tile(const Take& take) override {

@@ -207,8 +207,14 @@ void require_room(const ArchiveSize& size, const fs::path& folder, const std::st
   if (auto full = raster::no_room(folder.string(), size.bytes, much)) throw Refused{*full};
 }
 
+bool is_pmtiles(const std::string& path) { return first_bytes(path, 7) == "PMTiles"; }
+
+std::unique_ptr<ArchiveReader> open_archive(const std::string& path, const std::atomic<bool>* stop) {
+  return is_pmtiles(path) ? open_pmtiles(path) : open_mbtiles(path, stop);
+}
+
 void unpack(const std::string& path, const fs::path& folder, const std::string& what, const std::atomic<bool>* stop) {
-  const auto archive = first_bytes(path, 7) == "PMTiles" ? open_pmtiles(path) : open_mbtiles(path, stop);
+  const auto archive = open_archive(path, stop);
   const Json& metadata = archive->metadata();
   const Face* face = face_said(metadata, path);
   const bool said = face != nullptr;
@@ -239,6 +245,28 @@ bool is_tile_archive(const std::string& path) {
   if (begin.starts_with("PMTiles")) return true;
   return begin.starts_with("SQLite format 3") &&
          (begin.ends_with("MPBX") || proto::lower(fs::path(path).extension().string()) == ".mbtiles");
+}
+
+proto::Result<ArchiveWords> describe_archive(const std::string& path) {
+  try {
+    const auto archive = open_archive(path, nullptr);
+    const Json& said = archive->metadata();
+    ArchiveWords words{is_pmtiles(path) ? "PMTiles" : "MBTiles",
+                       text_of(said, "name"),
+                       text_of(said, "attribution"),
+                       text_of(said, "bounds"),
+                       text_of(said, "format"),
+                       text_of(said, "encoding"),
+                       text_of(said, "face"),
+                       archive->tiles_by_zoom()};
+    for (const Face* face : faces::all_faces()) {  // an MBTiles file of this program has no other name for it
+      if (words.face.empty() && fits_mbtiles(*face) && tiles_of(*face)->about == text_of(said, "description"))
+        words.face = face->name;
+    }
+    return words;
+  } catch (const Refused& refused) { return refused.problem; } catch (const StoreError& e) {
+    return unreadable(path, e.what());
+  } catch (const fs::filesystem_error& e) { return unreadable(path, e.code().message()); }
 }
 
 proto::Result<void> unpack_tiles(const std::string& path, const std::string& folder, const std::atomic<bool>* stop) {

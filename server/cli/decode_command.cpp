@@ -41,6 +41,9 @@ int print_glb(const std::string& path, const std::string& bytes) {
 }  // namespace
 
 int decode_command(const std::string& path) {
+  std::error_code error;
+  if (std::filesystem::symlink_status(path, error).type() == std::filesystem::file_type::not_found)
+    return fail({"file-unreadable", "there is no " + path, "a .drc or .glb tile that Cordillera wrote", "path"});
   const auto bytes = read_file(path);
   if (!bytes) return refuse(bytes.problem(), path);
   if (bytes->starts_with("glTF")) return print_glb(path, *bytes);

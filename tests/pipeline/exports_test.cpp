@@ -279,6 +279,13 @@ TEST(TileArchives, ThatCannotBeShownAreRefusedWithTheReason) {
   ASSERT_TRUE(write_pmtiles(terrain, *faces::face_named("drc"), meshes).ok());
   EXPECT_EQ(problem_of(meshes), "file-unreadable");
   ASSERT_TRUE(write_pmtiles(terrain, *faces::face_named("terrain-rgb"), whole).ok());
+  const auto sound = describe_archive(whole);
+  ASSERT_TRUE(sound.ok());
+  std::map<int, std::uint64_t> tiles;
+  const Face& of = *faces::face_named("terrain-rgb");
+  each_place(terrain, of, *tiles_of(of), 1, [&](const faces::Place& at) { ++tiles[at.z]; });
+  EXPECT_EQ(sound->tiles, tiles);
+  EXPECT_EQ(sound->face, "terrain-rgb");
   const std::string bytes = bytes_of(whole), damaged = archived_dataset().place("damaged.pmtiles");
   for (const std::size_t size : {std::size_t{7}, std::size_t{100}, std::size_t{200}, bytes.size() - 1}) {
     std::ofstream(damaged, std::ios::binary) << bytes.substr(0, size);
@@ -289,6 +296,8 @@ TEST(TileArchives, ThatCannotBeShownAreRefusedWithTheReason) {
     std::string other = bytes;
     other[at] = static_cast<char>(other[at] ^ 0x5a);
     std::ofstream(damaged, std::ios::binary) << other;
+    const auto described = describe_archive(damaged);
+    EXPECT_TRUE(described.ok() || described.problem().type.starts_with("archive-")) << at;
     const std::string problem = problem_of(damaged);
     EXPECT_TRUE(problem.empty() || problem == "archive-unreadable" || problem == "archive-too-large" ||
                 problem == "file-unreadable")

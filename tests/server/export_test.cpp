@@ -255,3 +255,28 @@ TEST_F(Export, TheServerGivesTheSameMesh) {
 
 }  // namespace
 }  // namespace cordillera::server
+/// Archives are told by what they say of themselves.
+TEST_F(Export, InfoOfAnArchiveSaysWhatItHolds) {
+  for (const std::string name : {"a.pmtiles", "a.mbtiles"}) {
+    ASSERT_EQ(exported("-o " + place(name) + " --format terrarium -q").code, 0);
+    const Ended told = shell(kProgram + " info " + place(name));
+    EXPECT_EQ(told.code, 0) << told.output;
+    EXPECT_THAT(told.output, testing::AllOf(HasSubstr("name      cone.asc"), HasSubstr("holds     terrarium"),
+                                            HasSubstr("zooms     0 to "), HasSubstr("heights as terrarium")));
+    const Json json = Json::parse(shell(kProgram + " info --json " + place(name)).output, nullptr, false);
+    EXPECT_EQ(json["face"], "terrarium") << name;
+    EXPECT_EQ(json["zooms"][0], (Json{{"zoom", 0}, {"tiles", 1}})) << name;
+    EXPECT_GT(json["tiles"], 5) << name;
+  }
+  std::ofstream(place("bad.pmtiles")) << "PMTiles\3 and no more";
+  const Ended bad = shell(kProgram + " info " + place("bad.pmtiles"));
+  EXPECT_EQ(bad.code, 1);
+  EXPECT_THAT(bad.output, HasSubstr("cannot be read: it is cut short"));
+}
+
+TEST_F(Export, DecodeSaysThatThereIsNoFile) {
+  const Ended none = shell(kProgram + " decode " + place("nofile.drc"));
+  EXPECT_EQ(none.code, 1);
+  EXPECT_THAT(none.output, HasSubstr("there is no " + place("nofile.drc")));
+}
+
