@@ -1,6 +1,7 @@
 #include "raster/place/area.h"
 
 #include <algorithm>
+#include <cstdio>
 
 namespace cordillera::raster {
 
@@ -19,6 +20,20 @@ std::optional<Area> intersect(const Area& area, const Area& clip) {
   }
   if (!found) return std::nullopt;
   return both;
+}
+
+std::string text_of(const Area& area) {
+  char text[128];
+  std::snprintf(text, sizeof text, "%.6g,%.6g,%.6g,%.6g", area.west_deg, area.south_deg,
+                area.east_deg > 180 ? area.east_deg - 360 : area.east_deg, area.north_deg);
+  return text;
+}
+
+std::string hint_on_order(const Area& box, const Area& data) {
+  const Area turned = {box.south_deg, box.west_deg, box.north_deg, box.east_deg};
+  const bool meant =
+      turned.south_deg >= -90 && turned.north_deg <= 90 && turned.south_deg < turned.north_deg && intersect(data, turned);
+  return meant ? "; in the order west,south,east,north it would: " + text_of(turned) : "";
 }
 
 }  // namespace cordillera::raster

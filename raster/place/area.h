@@ -2,6 +2,7 @@
 // A part of the earth.
 #include <iterator>
 #include <optional>
+#include <string>
 
 namespace cordillera::raster {
 
@@ -30,5 +31,11 @@ inline double middle_longitude_deg(const Area& area) {
 
 /// The longitudes of area that lie in clip, as one interval; none when they are disjoint. Both are taken modulo the circle.
 std::optional<Area> intersect(const Area& area, const Area& clip);
+
+/// "west,south,east,north" in degrees, as a bbox is given.
+std::string text_of(const Area& area);
+/// Of a box beside the data: "; in the order west,south,east,north it would: " and the box, where it would touch the data if its
+/// latitudes had been given first; else empty.
+std::string hint_on_order(const Area& box, const Area& data);
 
 }  // namespace cordillera::raster

@@ -86,23 +86,9 @@ proto::Result<Footprint> place_on_earth(SourceParts& parts, const Crs& crs) {
   return f;
 }
 
-std::string degrees(const Area& area) {
-  char text[128];
-  std::snprintf(text, sizeof text, "%.6g,%.6g,%.6g,%.6g", area.west_deg, area.south_deg,
-                area.east_deg > 180 ? area.east_deg - 360 : area.east_deg, area.north_deg);
-  return text;
-}
-
-/// A box that was given latitude first is told the order that would do.
 Problem outside(const SourceParts& parts, const Area& data) {
-  const Area& box = *parts.options.bbox;
-  const Area turned = {box.south_deg, box.west_deg, box.north_deg, box.east_deg};
-  const bool meant =
-      turned.south_deg >= -90 && turned.north_deg <= 90 && turned.south_deg < turned.north_deg && intersect(data, turned);
-  return {"bbox-outside-raster",
-          "the bbox does not touch " + parts.dataset.name +
-              (meant ? "; in the order west,south,east,north it would: " + degrees(turned) : ""),
-          "a bbox over the data, which lie in " + degrees(data), "bbox"};
+  return {"bbox-outside-raster", "the bbox does not touch " + parts.dataset.name + hint_on_order(*parts.options.bbox, data),
+          "a bbox over the data, which lie in " + text_of(data), "bbox"};
 }
 
 /// West and east in each other's place: the box runs around the earth, over the antimeridian, and holds two sides of the data
@@ -122,7 +108,7 @@ std::optional<Problem> leaves_out_the_middle(const SourceParts& parts, const Foo
   return Problem{"option-invalid",
                  "the bbox crosses the antimeridian, as its west is above its east: it would leave out the middle of " +
                      parts.dataset.name + ", which does not reach there",
-                 "west below east, as in " + degrees({east_deg, box.south_deg, west_deg, box.north_deg}), "bbox"};
+                 "west below east, as in " + text_of({east_deg, box.south_deg, west_deg, box.north_deg}), "bbox"};
 }
 
 proto::Result<void> clip_to_bbox(SourceParts& parts, Footprint& f) {

@@ -10,9 +10,11 @@
 #include <cstdlib>
 #include <filesystem>
 #include <optional>
+#include <sstream>
 #include <system_error>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "server/api/documents/web.h"
 #include "server/cli/commands.h"
@@ -80,12 +82,29 @@ void look_after_heap(boost::asio::steady_timer& timer) {
   });
 }
 
+/// Of folders with colons between.
+std::vector<std::string> missing_folders(const std::string& list) {
+  std::vector<std::string> missing;
+  std::error_code error;
+  std::istringstream folders(list);
+  for (std::string one; std::getline(folders, one, ':');) {
+    if (!one.empty() && !std::filesystem::is_directory(one, error)) missing.push_back(one);
+  }
+  return missing;
+}
+
 /// Of this process, before anything is opened. A problem is the settings'.
 std::optional<proto::Problem> set_up(Settings& settings, const std::string& program) {
   set_up_heap();
   signal(SIGXFSZ, SIG_IGN);  // a file beyond the limit of its size is a write that fails, as on a full disk
-  if (settings.serve.web.empty()) settings.serve.web = default_web_folder(program);
+  const bool named_web = !settings.serve.web.empty();
+  if (!named_web) settings.serve.web = default_web_folder(program);
   start_log(settings.serve.log_level, settings.serve.log_format);
+  std::error_code error;
+  if (named_web && !std::filesystem::exists(std::filesystem::path(settings.serve.web) / "index.html", error))
+    log_warning("there is no viewer in " + settings.serve.web + ", which --web names: / shows a plain page");
+  for (const std::string& folder : missing_folders(settings.serve.geoids))
+    log_warning("there is no folder " + folder + ", which --geoids names: no geoid grid is found there");
   // Where raster looks for geoid grids, in the processes that build.
   if (!settings.serve.geoids.empty()) setenv("CORDILLERA_GEOIDS", settings.serve.geoids.c_str(), 1);
   // What is a default of every request must be something that a request may ask for.

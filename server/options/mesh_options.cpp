@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 #include "pipeline/faces/face.h"
 #include "proto/letters.h"
@@ -30,7 +31,8 @@ Complaint take_tile(std::string_view text, MeshRequest& request) {
 
 Complaint take_level(std::string_view text, MeshRequest& request) {
   std::uint32_t level = 0;
-  if (auto complaint = read_whole(text, {0, proto::kMaxLevel}, &level)) return complaint;
+  constexpr std::uint32_t kAny = std::numeric_limits<std::int32_t>::max();  // the dataset says which it has
+  if (auto complaint = read_whole(text, {0, kAny}, &level)) return complaint;
   request.level = static_cast<int>(level);
   return std::nullopt;
 }

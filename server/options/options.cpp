@@ -89,7 +89,9 @@ proto::Result<Settings> with_raster_layer(Settings settings, const std::vector<O
 proto::Result<proto::BuildOptions> with_listed_layer(const Settings& settings, const Given& given, const std::string& called) {
   std::vector<OptionSpec> table = raster_options();
   std::erase_if(table, [](const OptionSpec& option) { return option.name == "name"; });
-  auto layered = with_raster_layer(settings, table, given);
+  Given plain = given;  // who writes a list has the command line in mind
+  for (auto& [name, value] : plain) name.erase(0, name.starts_with("--") ? 2 : 0);
+  auto layered = with_raster_layer(settings, table, plain);
   if (layered) return std::move(layered->build);
   proto::Problem problem = layered.problem();
   problem.detail = called + ": " + problem.detail;

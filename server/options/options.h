@@ -130,7 +130,8 @@ bool is_of_all_rasters(const std::string& name, const std::string& value);
 std::optional<proto::Problem> check_raster_layer(const Given& given);
 /// A layer for one raster of several, whose options stand over those of all.
 proto::Result<Settings> with_raster_layer(Settings settings, const std::vector<OptionSpec>& table, const Given& given);
-/// The same of what a list says of a raster, which has no name of its own. called: the raster, for problems.
+/// The same of what a list says of a raster, which has no name of its own; with or without the command line's dashes in front.
+/// called: the raster, for problems.
 proto::Result<proto::BuildOptions> with_listed_layer(const Settings& settings, const Given& given, const std::string& called);
 
 /// The variables of the table that are set in this process's environment.

@@ -1,6 +1,7 @@
 // The entries of the option table that a service has, its limits among them. Help and accepted values are written once, here.
 #include <algorithm>
 
+#include "proto/letters.h"
 #include "proto/parts.h"
 #include "server/access/client_address.h"
 #include "server/http/dataset_id.h"
@@ -66,6 +67,9 @@ Complaint apply_source_allow(std::string_view text, Settings& settings) {
   const Complaint complaint = each_of_list(text, [&](const std::string& one) -> Complaint {
     const std::size_t slashes = one.find("://");
     if (slashes == one.npos) return one + " names no scheme such as https://";
+    const std::string scheme = proto::lower(one.substr(0, slashes));
+    if (scheme != "http" && scheme != "https" && scheme != "s3")
+      return one.substr(0, slashes + 3) + " is no scheme of addresses that are fetched";
     const std::size_t path = one.find('/', slashes + 3);
     if (path == one.npos) return one + " has no / behind its host or bucket";
     // No address that begins so is ever fetched. The beginnings are told to whoever names another address.

@@ -16,6 +16,12 @@ std::string underscored(std::string name) {
   return name;
 }
 
+/// As a table has it: in a config file and over HTTP either spelling is understood.
+std::string dashed(std::string name) {
+  std::replace(name.begin(), name.end(), '_', '-');
+  return name;
+}
+
 /// What a name that no table has may have meant, as a sentence goes on.
 std::string hint_of(const std::string& said, const std::vector<OptionName>& names, Spelling spelling) {
   if (said == "scheme") return ": it had one value, and is left out now";
@@ -46,7 +52,9 @@ std::string spelt(const std::string& name, Spelling spelling) {
 }
 
 std::optional<std::size_t> place_of(const std::string& said, const std::vector<OptionName>& names, Spelling spelling) {
-  const std::string wanted = spelling == Spelling::query ? underscored(said) : said;
+  const std::string wanted = spelling == Spelling::query         ? underscored(said)
+                             : spelling == Spelling::config_file ? dashed(said)
+                                                                 : said;
   const auto found = std::find_if(names.begin(), names.end(), [&](const OptionName& option) {
     return spelt(option.name, spelling) == wanted || (!option.alias.empty() && spelt(option.alias, spelling) == wanted);
   });

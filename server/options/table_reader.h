@@ -77,7 +77,8 @@ std::vector<OptionName> names_in(const std::vector<OptionOf<Wish>>& table) {
   return names;
 }
 
-/// The place among names of what somebody spelt so. Over HTTP the command line's dashes are understood, too.
+/// The place among names of what somebody spelt so. Over HTTP the command line's dashes are understood, too, and in a config file
+/// HTTP's underscores.
 std::optional<std::size_t> place_of(const std::string& said, const std::vector<OptionName>& names, Spelling spelling);
 /// "vertical_datum, nodata": as spelt, with commas between; of a query those that are open to requests.
 std::string listed(const std::vector<OptionName>& names, Spelling spelling);

@@ -112,7 +112,13 @@ TEST_F(Export, RefusalsNameWhatIsAccepted) {
   EXPECT_THAT(exported("-o " + place("a.pmtiles") + " --level 3").output, HasSubstr("--level is for meshes"));
   EXPECT_THAT(exported("-o " + place("a.glb") + " --level 8 --max-triangles 3").output, HasSubstr("3 triangles"));
   EXPECT_THAT(exported("-o " + place("a.glb") + " --levle 3").output, HasSubstr("did you mean --level?"));
-  EXPECT_THAT(exported("-o " + place("a.glb") + " --level 30").output, HasSubstr("--level='30'"));
+  for (const char* level : {"30", "9"})
+    EXPECT_THAT(exported("-o " + place("a.glb") + " --level " + level).output,
+                HasSubstr("the dataset has no level " + std::string(level) + "; accepted: levels 0 to 8"));
+  EXPECT_THAT(exported("-o " + place("a.glb") + " --level x").output, HasSubstr("--level='x'"));
+  EXPECT_THAT(exported("-o " + place("a.glb") + " --bbox 46.1,10.1,46.3,10.4").output,
+              HasSubstr("; in the order west,south,east,north it would: 10.1,46.1,10.4,46.3"));
+  EXPECT_THAT(exported("-o " + place("a.glb") + " --bbox 80,10,81,11").output, HasSubstr("the bbox does not touch the dataset;"));
   EXPECT_THAT(shell(kProgram + " export " + raster_ + " -o " + place("a.glb")).output, HasSubstr("cone.asc"));
   EXPECT_THAT(exported("-o " + place("a.3tz") + " --threads many").output, HasSubstr("0 to 1024"));
   EXPECT_THAT(exported("-o " + place("a.glb") + " --threads 2").output, HasSubstr("--threads is for archives"));
@@ -253,8 +259,6 @@ TEST_F(Export, TheServerGivesTheSameMesh) {
               HasSubstr("304"));
 }
 
-}  // namespace
-}  // namespace cordillera::server
 /// Archives are told by what they say of themselves.
 TEST_F(Export, InfoOfAnArchiveSaysWhatItHolds) {
   for (const std::string name : {"a.pmtiles", "a.mbtiles"}) {
@@ -280,3 +284,5 @@ TEST_F(Export, DecodeSaysThatThereIsNoFile) {
   EXPECT_THAT(none.output, HasSubstr("there is no " + place("nofile.drc")));
 }
 
+}  // namespace
+}  // namespace cordillera::server

@@ -36,6 +36,33 @@ TEST(Options, TheEnvironmentIsALayer) {
   EXPECT_EQ(with_layer({}, build_options(), given, Spelling::environment)->build.z_offset(), -3);
 }
 
+TEST(Options, AConfigFileAndAListTakeTheSpellingsOfOthers) {
+  for (const char* name : {"max_level", "max-level"}) {
+    const auto settings = with_layer({}, build_options(), {{name, "8"}}, Spelling::config_file);
+    ASSERT_TRUE(settings) << settings.problem().line();
+    EXPECT_EQ(settings->build.max_level(), 8u);
+  }
+  const auto both = with_layer({}, build_options(), {{"max_level", "8"}, {"max-level", "8"}}, Spelling::config_file);
+  ASSERT_FALSE(both);
+  EXPECT_EQ(both.problem().type, "option-repeated");
+  for (const char* name : {"--vertical-datum", "vertical-datum", "vertical_datum"}) {
+    const auto listed = with_listed_layer({}, {{name, "EGM96"}}, "feet.tif");
+    ASSERT_TRUE(listed) << listed.problem().line();
+    EXPECT_EQ(listed->vertical_datum(), "EGM96");
+  }
+}
+
+TEST(Options, ASourceMayBeginAsAddressesThatAreFetchedDo) {
+  for (const char* one : {"http://host/", "HTTPS://host/dems/", "s3://bucket/"})
+    EXPECT_TRUE(with_layer({}, serve_options(), {{"--source-allow", one}}, Spelling::command_line)) << one;
+  for (const char* one : {"file:///tmp/", "ftp://host/", "gs://bucket/", "://host/", "https://host/,file:///tmp/"}) {
+    const auto refused = with_layer({}, serve_options(), {{"--source-allow", one}}, Spelling::command_line);
+    ASSERT_FALSE(refused) << one;
+    EXPECT_THAT(refused.problem().line(),
+                testing::AllOf(HasSubstr("no scheme of addresses that are fetched"), HasSubstr("s3://")));
+  }
+}
+
 TEST(Options, TheConfigFileIsALayer) {
   const TempFolder folder;
   const auto path = folder.path() / "conf";

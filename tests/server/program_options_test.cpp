@@ -171,5 +171,14 @@ TEST_F(Program, ABuildLeavesAloneWhatAnotherOneIsWriting) {
   }
 }
 
+/// As `doctor` says: the service runs without a viewer and without grids.
+TEST_F(Program, ServeWarnsOfFoldersThatAreNamedAndNotThere) {
+  const std::string none = (folder_.path() / "none").string();
+  server_.start(folder_.path(), {"--web", none, "--geoids", folder_.path().string() + ":" + none + "/g"});
+  EXPECT_THAT(server_.log(), HasSubstr("there is no viewer in " + none));
+  EXPECT_THAT(server_.log(), HasSubstr("there is no folder " + none + "/g"));
+  EXPECT_THAT(server_.log(), testing::Not(HasSubstr("there is no folder " + folder_.path().string() + ",")));
+}
+
 }  // namespace
 }  // namespace cordillera::server

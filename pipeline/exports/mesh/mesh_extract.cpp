@@ -152,12 +152,12 @@ Problem nothing_there(const faces::Terrain& terrain, const MeshRequest& request,
   if (!others.empty())
     return {"option-invalid", "level " + std::to_string(level) + " of the dataset has no triangle",
             "a level that has some: " + others, "level"};
-  std::string bounds;
-  for (int k = 0; k < 4 && manifest.bounds_size() >= 4; ++k) {
-    bounds.append(k == 0 ? "" : ", ").append(std::to_string(manifest.bounds(k)));
-  }
-  return {"bbox-outside-raster", "level " + std::to_string(level) + " has no triangle in the bbox",
-          "a box that touches the dataset: " + bounds, "bbox"};
+  const auto all = raster::area_of(manifest.bounds());
+  const bool beside = all && request.box && !raster::intersect(*all, *request.box);
+  return {"bbox-outside-raster",
+          (beside ? "the bbox does not touch the dataset" : "level " + std::to_string(level) + " has no triangle in the bbox") +
+              (beside ? raster::hint_on_order(*request.box, *all) : ""),
+          "a box that touches the dataset: " + (all ? raster::text_of(*all) : ""), "bbox"};
 }
 
 }  // namespace
