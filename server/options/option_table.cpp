@@ -56,10 +56,17 @@ Complaint apply_voids(std::string_view text, Settings& settings) {
     settings.build.set_voids(value);
     return std::nullopt;
   }
+  if (text.empty()) return "empty";
   const std::string height(proto::trimmed(text, " "));  // a "+" in an address is a space
   if (const auto height_m = raster::void_height_m(height); !height_m) return height_m.problem().detail;
   settings.build.set_voids(height);
   return std::nullopt;
+}
+
+/// Text that is no words for people: nothing is meant where it is empty.
+template <std::string* (proto::BuildOptions::*field)()>
+Complaint apply_named(std::string_view text, Settings& settings) {
+  return text.empty() ? Complaint("empty") : read_text(text, (settings.build.*field)());
 }
 
 Complaint apply_band(std::string_view text, Settings& settings) {
@@ -156,7 +163,7 @@ std::vector<OptionSpec> make_build_options() {
       {"keep", "SHARES", "shares of the finest grid's triangles, finest level first; the last ratio is repeated",
        "numbers above 0 up to 1, falling, separated by commas: 0.5,0.25,0.1", apply_keep},
       {"crs", "CRS", "coordinate system of a raster that names none", "anything PROJ understands, such as EPSG:32632 or WKT",
-       apply_text<&BuildOptions::mutable_crs>},
+       apply_named<&BuildOptions::mutable_crs>},
       {"vertical-datum", "DATUM", "what the raster's heights are above, if it does not say so itself",
        "EGM96, EGM2008, EGM84, ellipsoid, a height system by name or code such as NAVD88 or EPSG:5703, or a geoid grid file "
        "(over HTTP: "

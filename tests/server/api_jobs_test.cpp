@@ -65,7 +65,7 @@ TEST(Api, BadRequestsLeaveNothing) {
 
 TEST(Api, AWaitThatIsNoNumberIsIgnored) {
   TestService test;
-  for (const char* other : {"wait=soon", "wait=-1", "wait="}) {
+  for (const char* other : {"wait=soon", "wait=-1", "wait=", "wait=300s", "wait=5abc", "wait=2.5", "wait=\"5"}) {
     const Response posted = test.post("GOOD", {}, {{"prefer", other}});
     EXPECT_EQ(posted.status, 202) << other << ": " << posted.body;
     EXPECT_EQ(posted.header("Preference-Applied"), "") << other;

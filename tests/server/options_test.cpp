@@ -270,6 +270,8 @@ TEST(Options, BadValuesAreNamedWithWhatIsAccepted) {
                                                                 {"nodata", "inf"},
                                                                 {"nodata", ""},
                                                                 {"voids", "holes!"},
+                                                                {"voids", ""},
+                                                                {"crs", ""},
                                                                 {"voids", "99999"},
                                                                 {"voids", "-500.5"},
                                                                 {"fill_limit", "1025"},

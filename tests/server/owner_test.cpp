@@ -299,6 +299,13 @@ TEST_F(Owners, DescribeTheirDatasetsAnewWithoutABuild) {
   EXPECT_EQ(slug_of(sent("{\"private\": null}", "application/json")), "json-invalid");
   for (const char* no_text : {"5", "true", "[\"a\"]"})
     EXPECT_EQ(slug_of(sent(std::string("{\"title\": ") + no_text + "}", "application/json")), "json-invalid") << no_text;
+  for (const char* bad : {"{\"title\": 5}", "[1]", "{\"title", ""}) {
+    const Response refused = sent(bad, "application/json");
+    EXPECT_THAT(refused.body, Not(HasSubstr("error\\\""))) << bad;
+    EXPECT_EQ(refused.body.find("White Mountains") != std::string::npos, *bad != '\0') << "an example: " << refused.body;
+  }
+  for (const char* type : {"application/json", "application/x-www-form-urlencoded"})
+    EXPECT_EQ(slug_of(sent("{\"title\": \"A\", \"attribution\": \"\", \"title\": \"B\"}", type)), "option-repeated") << type;
   const Json none = body_of(sent("{\"title\": null, \"attribution\": null, \"imagery\": null}", "application/json"));
   EXPECT_EQ(none["title"], "test") << "what the raster was called";
   EXPECT_EQ(none["manifest"]["attribution"], "");

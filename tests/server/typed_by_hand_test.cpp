@@ -304,6 +304,7 @@ TEST(TypedByHand, OptionsMayBeJson) {
   for (const char* one : {R"({"source": ["https://example.org/dem.tif"]})", R"({"source": "https://example.org/a,b.tif"})"})
     EXPECT_EQ(slug_of(posted(one)), "option-forbidden") << one;
   EXPECT_THAT(posted(R"({"source": null, "error": 5})").body, HasSubstr("source is null"));
+  EXPECT_EQ(slug_of(posted(R"({"source": "https://a.org/a.tif", "error": 5, "error": 6})")), "option-repeated");
   EXPECT_THAT(posted(R"({"error": 5,})").body, HasSubstr("no JSON from its byte 13 on"));
   EXPECT_THAT(posted(R"({"error": 5})").body, HasSubstr("or source= with its address"));
   for (const char* bad : {"", "[]", "{", R"({"error": {"a": 1}})", R"({"bbox": [[1]]})"})

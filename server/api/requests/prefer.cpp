@@ -18,9 +18,8 @@ std::optional<std::chrono::seconds> preferred_wait(const Request& request) {
     if (!proto::same_letters(proto::trimmed(one.substr(0, equals)), "wait")) continue;
     if (equals == one.npos) return std::chrono::seconds::max();
     std::string_view digits = proto::trimmed(one.substr(equals + 1));
-    digits.remove_prefix(digits.starts_with('"') ? 1 : 0);
-    digits = digits.substr(0, digits.find_first_not_of("0123456789"));
-    if (digits.empty()) return std::nullopt;
+    if (digits.size() >= 2 && digits.front() == '"' && digits.back() == '"') digits = digits.substr(1, digits.size() - 2);
+    if (digits.empty() || digits.find_first_not_of("0123456789") != digits.npos) return std::nullopt;
     const auto seconds = proto::number<int>(digits);
     return seconds ? std::chrono::seconds(*seconds) : std::chrono::seconds::max();  // more than fit into an int
   }

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <regex>
+#include <set>
 
 #include "proto/numbers.h"
 #include "server/api/requests/delivery.h"
 #include "server/http/gzip.h"
 #include "server/http/json.h"
 #include "server/http/percent.h"
+#include "server/options/table_reader.h"
 
 namespace cordillera::server {
 namespace {
@@ -41,9 +43,11 @@ std::optional<std::string> query_value(const Json& value) {
   return text;
 }
 
-Problem not_json(const std::string& what, const std::string& member = "") {
-  return {"json-invalid", what, "an object of options, such as {\"source\": \"https://example.org/dem.tif\", \"error\": 5}",
-          member};
+/// texts: of a request that changes what is there; null: of one that posts.
+Problem not_json(const TextMembers* texts, const std::string& what, const std::string& member = "") {
+  const char* posted = R"({"source": "https://example.org/dem.tif", "error": 5})";
+  const char* changed = R"({"title": "White Mountains", "private": true})";
+  return {"json-invalid", what, std::string("an object of options, such as ") + (texts == nullptr ? posted : changed), member};
 }
 
 /// The request without its body: it is in the query now.
@@ -59,11 +63,22 @@ bool is_text(const std::string& name, const TextMembers* texts) {
 
 /// What a member that is null stands for; nullopt: it is left out.
 proto::Result<std::optional<std::string>> value_of_null(const std::string& name, const TextMembers* texts) {
-  if (name == "source" || name == "upload") return not_json("the member " + name + " is null: it names no raster", name);
+  if (name == "source" || name == "upload") return not_json(texts, "the member " + name + " is null: it names no raster", name);
   if (texts == nullptr) return std::optional<std::string>();
   if (is_text(name, texts)) return std::optional<std::string>("");
   const std::string called = name.substr(0, 100);
-  return not_json("the member " + called + " is null, and it always has a value", called);
+  return not_json(texts, "the member " + called + " is null, and it always has a value", called);
+}
+
+/// Reads JSON; problem: set where the object has a member twice, which readers of JSON else pass over.
+Json read_object(std::string_view text, bool throws, std::optional<Problem>& problem) {
+  std::set<std::string> names;
+  const auto look = [&](int depth, Json::parse_event_t event, Json& parsed) {
+    if (event == Json::parse_event_t::key && depth == 1 && !names.insert(parsed.get<std::string>()).second && !problem)
+      problem = given_twice(parsed.get<std::string>().substr(0, 100));
+    return true;
+  };
+  return Json::parse(text, look, throws);
 }
 
 proto::Result<Request> with_members(const Request& request, const Json& json, const TextMembers* texts) {
@@ -75,11 +90,12 @@ proto::Result<Request> with_members(const Request& request, const Json& json, co
       if (*text) plain.query.emplace_back(name, **text);
       continue;
     }
-    if (!member.is_string() && is_text(name, texts)) return not_json("the member " + name + " is no text", name);
+    if (!member.is_string() && is_text(name, texts)) return not_json(texts, "the member " + name + " is no text", name);
     if (name == "source" && member.is_array() && member.size() > 1) return several_sources();
     const auto value = query_value(member);
     if (!value)
-      return not_json("the member " + name.substr(0, 100) + " is neither text, a number, true or false, nor a list of these",
+      return not_json(texts,
+                      "the member " + name.substr(0, 100) + " is neither text, a number, true or false, nor a list of these",
                       name.substr(0, 100));
     plain.query.emplace_back(name, *value);
   }
@@ -188,17 +204,19 @@ proto::Result<Request> with_json_as_query(const Request& request, const TextMemb
     text += piece;
     return text.size() <= kMostJson;
   });
-  if (text.size() > kMostJson) return not_json("the JSON has more than 64 KiB");
-  if (!ended) return not_json("the body is no JSON object");
+  if (text.size() > kMostJson) return not_json(texts, "the JSON has more than 64 KiB");
+  if (!ended) return not_json(texts, "the body is no JSON object");
   try {
-    const Json json = Json::parse(text);
-    if (!json.is_object()) return not_json("the body is JSON, but no object");
+    std::optional<Problem> twice;
+    const Json json = read_object(text, true, twice);
+    if (!json.is_object()) return not_json(texts, "the body is JSON, but no object");
+    if (twice) return *twice;
     return with_members(request, json, texts);
   } catch (const Json::parse_error& error) {
-    return not_json(text.empty() ? "the body is empty"
-                                 : "the body is no JSON from its byte " + std::to_string(error.byte) + " on");
+    return not_json(
+        texts, text.empty() ? "the body is empty" : "the body is no JSON from its byte " + std::to_string(error.byte) + " on");
   } catch (const Json::out_of_range&) {
-    return not_json("the body has a number that is greater than any that a program can hold");
+    return not_json(texts, "the body has a number that is greater than any that a program can hold");
   }
 }
 
@@ -227,8 +245,9 @@ proto::Result<Request> with_typed_body_as_query(const Request& request, const Te
   });
   const std::string_view line = std::string_view(bytes).substr(0, bytes.find_last_not_of("\r\n") + 1);
   if (ended && is_fields(line)) return with_fields(request, line);
-  if (const Json json = ended && line.starts_with('{') ? Json::parse(line, nullptr, false) : Json(); json.is_object())
-    return with_members(request, json, texts);
+  std::optional<Problem> twice;
+  if (const Json json = ended && line.starts_with('{') ? read_object(line, false, twice) : Json(); json.is_object())
+    return twice ? proto::Result<Request>(*twice) : with_members(request, json, texts);
   Request again = request;
   again.read_body = [bytes = std::move(bytes), ended](const Request::Sink& sink) {
     return (bytes.empty() || sink(bytes)) && ended;
