@@ -18,6 +18,7 @@ constexpr double kGoodPart = 0.01;  // of the values with a height
 /// What programs write for no data. -32768 and 65535 are here for rasters in decimetres: in metres they are beyond the limit.
 constexpr std::array kUsual = {-9999.0, 9999.0, -99999.0, 99999.0, -999.0, -32767.0, -32768.0, 32767.0, 65535.0};
 constexpr double kNear = 0.02;                // of the value, on either side
+constexpr double kWellAbove_m = 10;           // a coast has heights between the sea's and the land's
 constexpr std::int64_t kTimesNeighbours = 4;  // a value of the terrain has others near it, about as many of each
 
 std::string percent_text(double share) {
@@ -68,6 +69,12 @@ ValueLook look_at_values(const Dataset& dataset, const HeightRule& rule, const D
       continue;
     }
     if (look.with_height++ == 0) look.lowest_m = look.highest_m = height_m;
+    if (value == 0) {
+      ++look.zeros;
+      look.zero_m = height_m;
+    } else if (look.with_height - look.zeros == 1 || height_m < look.lowest_other_m) {
+      look.lowest_other_m = height_m;
+    }
     look.lowest_m = std::min(look.lowest_m, height_m);
     look.highest_m = std::max(look.highest_m, height_m);
     for (std::size_t k = 0; k < kUsual.size(); ++k) {
@@ -93,6 +100,12 @@ void add(const ValueLook& other, ValueLook& look) {
   };
   if (other.with_height > 0) widen(look.lowest_m, look.highest_m, look.with_height > 0, other.lowest_m, other.highest_m);
   if (other.far > 0) widen(look.lowest_far_m, look.highest_far_m, look.far > 0, other.lowest_far_m, other.highest_far_m);
+  if (other.with_height > other.zeros) {
+    const bool had = look.with_height > look.zeros;
+    look.lowest_other_m = had ? std::min(look.lowest_other_m, other.lowest_other_m) : other.lowest_other_m;
+  }
+  if (other.zeros > 0) look.zero_m = other.zero_m;
+  look.zeros += other.zeros;
   look.whole = other.whole && (look.whole || look.pixels == 0);
   look.rasters = (look.pixels == 0 ? 0 : look.rasters) + other.rasters;
   look.pixels += other.pixels;
@@ -123,6 +136,12 @@ std::vector<std::string> notes_on(const ValueLook& look) {
     const std::string name = short_number(value.raw);
     notes.push_back(percent_text(static_cast<double>(value.pixels) / all) + " of the values are " + name +
                     ", which may mean no data and is not declared: they are heights here; nodata=" + name + " leaves them out");
+  }
+  const bool others = look.with_height > look.zeros;
+  if (others && static_cast<double>(look.zeros) >= kGoodPart * all && look.lowest_other_m >= look.zero_m + kWellAbove_m) {
+    notes.push_back(percent_text(static_cast<double>(look.zeros) / all) + " of the values are 0, and no other height is below " +
+                    short_number(look.lowest_other_m) +
+                    " m: 0 may mean no data and is not declared; nodata=0 leaves these pixels out");
   }
   return notes;
 }

@@ -27,6 +27,10 @@ struct ValueLook {
     std::int64_t pixels = 0;
   };
   std::vector<Doubtful> doubtful;
+
+  /// Pixels whose value is 0, with a height within the limit. Of them the height; of all others the lowest.
+  std::int64_t zeros = 0;
+  double zero_m = 0, lowest_other_m = 0;
 };
 
 /// Of the dataset's own pixels, thinned out.

@@ -159,6 +159,29 @@ TEST_F(Decimated, AValueThatMayMeanNoDataIsNoted) {
       << "decimetres";
 }
 
+TEST_F(Decimated, ZerosFarBelowAllOtherHeightsAreNoted) {
+  Spec spec = plane(64);
+  spec.value = [](int c, int r) { return c < 16 ? 0.0 : 50 + c + r; };
+  const std::string note =
+      "25 % of the values are 0, and no other height is below 66 m: 0 may mean no data and is not declared; nodata=0 leaves "
+      "these "
+      "pixels out";
+  EXPECT_THAT(raster::notes_on(look(write(spec))), ::testing::ElementsAre(note));
+  raster::ValueLook both = look(write(spec));
+  proto::BuildOptions options = plain_options();
+  options.set_nodata("0");
+  EXPECT_THAT(raster::notes_on(look(write(spec), options)), ::testing::IsEmpty());
+  spec.value = [](int c, int r) { return c < 16 ? 0.0 : c - 15 + r; };
+  const raster::ValueLook coast = look(write(spec));
+  EXPECT_THAT(raster::notes_on(coast), ::testing::IsEmpty());
+  raster::add(coast, both);
+  EXPECT_THAT(raster::notes_on(both), ::testing::IsEmpty()) << "beside a coast";
+  spec.value = [](int c, int r) { return c + r == 0 ? 0.0 : 50 + c + r; };
+  EXPECT_THAT(raster::notes_on(look(write(spec))), ::testing::IsEmpty()) << "one pixel";
+  spec.value = [](int, int) { return 0.0; };
+  EXPECT_THAT(raster::notes_on(look(write(spec))), ::testing::IsEmpty()) << "the sea alone";
+}
+
 TEST_F(Decimated, HeightsBeyondTheLimitAreNotedWhereTheyAreMany) {
   Spec spec = plane(64);
   spec.value = [](int c, int r) { return 1000.0 * c + r; };  // millimetres, say
