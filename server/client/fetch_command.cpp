@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "proto/utf8.h"
+#include "server/cli/path_kind.h"
 #include "server/client/commands.h"
 #include "server/client/shelf.h"
 #include "server/client/talk.h"
@@ -237,6 +238,12 @@ int fetch_command(const FetchLine& line) {
   const auto place = find_service(line.place);
   if (!place) return tell(place.problem(), line.show);
   if (line.output.empty()) return to_stdout(*place, line);
+  const bool several = line.what.size() != 1 && !line.middle;
+  if (several && means_another_file(line.output)) {
+    return tell({"usage", "fetch writes many files, and " + line.output + " is named like one",
+                 "-o FOLDER (" + line.output + "/ is one)", "--output"},
+                line.show);
+  }
   auto wanted = wanted_by(line, *place);
   if (!wanted) return tell(wanted.problem(), line.show);
   const fs::path output = line.output;

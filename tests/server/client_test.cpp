@@ -140,6 +140,10 @@ TEST_F(Client, PostsWatchesAndFetches) {
   EXPECT_EQ(manifest["title"], "a=b&c");
 
   const std::string out = (folder_.path() / "out").string();
+  const Ended named = client("fetch " + id + " -o " + out + ".zip");
+  EXPECT_EQ(named.code, 2);
+  EXPECT_THAT(named.output, HasSubstr(out + ".zip/ is one"));
+  EXPECT_FALSE(fs::exists(out + ".zip"));
   const Json all = json(client("fetch " + id + " --json -o " + out));
   EXPECT_EQ(all["fetched"], manifest["tiles"]) << all.dump();
   const Ended middle = client("fetch " + id + " --middle -o " + out + "/middle/");
