@@ -63,6 +63,7 @@ std::optional<Response> wait_for_blocks(Service& service, const Request& request
                                         const MeshRequest& wanted, Opened& opened) {
   const proto::Manifest& shown = opened.terrain->manifest();
   if (!shown.provisional() || !route.version.empty()) return std::nullopt;
+  if (wanted.level && *wanted.level > static_cast<int>(shown.max_level())) return std::nullopt;  // no block will have it
   auto blocks = blocks_under(*opened.terrain, wanted);
   if (!blocks) {
     if (auto later = wait_for_all(service, request, dataset)) return later;

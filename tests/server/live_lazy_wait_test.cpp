@@ -136,6 +136,7 @@ TEST_F(LazyWait, MeshesHaveTheirBlocksMade) {
   ASSERT_TRUE(is_ready(full)) << server_.log();
   const std::string id = unmade(), finest_level = std::to_string(kFinest);
   const std::string level = "/mesh.ply?level=" + finest_level, part = level + "&bbox=10.04,46.04,10.09,46.08";
+  EXPECT_THAT(whole(id, "/mesh.ply?level=99"), HasSubstr("HTTP/1.1 400")) << "and nothing is built for it";
   const std::string made = whole(id, part), wanted = whole(full, part);
   EXPECT_THAT(made, AllOf(HasSubstr("200 OK"), Not(HasSubstr("Provisional: true")))) << server_.log();
   EXPECT_EQ(hash_of(made), hash_of(wanted));
