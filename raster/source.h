@@ -23,7 +23,8 @@ struct PixelPoint {
   double height_m = 0;
 };
 
-/// What a source's description says of nodata where a sparse GeoTIFF declares none: blocks that it never stored are voids.
+/// What a source's description says of nodata where a sparse GeoTIFF declares none: blocks that it never stored are voids. So is
+/// what no source of a VRT covers.
 inline constexpr const char* kUnstoredBlocks = "unstored blocks";
 
 /// Whether the file may point at other files (VRT, sidecars, archives): yes from the command line, no over HTTP.
@@ -44,7 +45,7 @@ class Source {
   virtual Window window(const proto::Lattice& lattice) const = 0;
 
   /// Whether all vertices of the rectangle are certainly void, told cheaply: it lies outside the window, or over blocks that a
-  /// sparse file never stored. False means: sample to know.
+  /// sparse file never stored, or gaps of a VRT. False means: sample to know.
   virtual bool empty(const proto::Lattice&, std::int64_t /*west*/, std::int64_t /*south*/, std::int64_t /*columns*/,
                      std::int64_t /*rows*/) const {
     return false;

@@ -109,13 +109,13 @@ std::string note_on_sea(const BuildRequest& request, const proto::Plan& plan) {
   return "still water of exactly 0 m is taken for the sea; water=none takes it for land";
 }
 
-/// A sparse file may have left out zeros, or what was never written.
+/// A sparse file may have left out zeros, or what was never written; a VRT names rasters that leave gaps.
 std::string note_on_unstored(const proto::Manifest& manifest, const std::string& voids) {
   const auto lacks_blocks = [](const proto::Source& source) { return source.nodata() == raster::kUnstoredBlocks; };
   const bool open = voids.empty() || voids == "fill" || voids == "hole";
   if (!open || !(lacks_blocks(manifest.source()) || std::ranges::any_of(manifest.sources(), lacks_blocks))) return "";
-  return "blocks of pixels that a file never stored are voids, and other programs read 0 there, for it declares no nodata value; "
-         "voids=0 makes them ground at height 0";
+  return "pixels that a file never stored, or that no raster of a VRT covers, are voids, and other programs read 0 there, for it "
+         "declares no nodata value; voids=0 makes them ground at height 0";
 }
 
 }  // namespace

@@ -257,6 +257,7 @@ proto::Result<Dataset> open_dataset(const std::string& path, const std::string& 
   if (auto chosen = choose_band(dataset, band); !chosen.ok()) return chosen.problem();
   if (auto typed = check_type(dataset); !typed.ok()) return typed.problem();
   if (auto blocks = check_tiff_blocks(dataset); !blocks.ok()) return blocks.problem();
+  note_vrt_gaps(dataset);
   return dataset;
 }
 

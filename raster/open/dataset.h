@@ -9,6 +9,7 @@
 
 #include "proto/result.h"
 #include "raster/disk/private_folder.h"
+#include "raster/open/coverage.h"
 #include "raster/source.h"
 
 namespace cordillera::raster {
@@ -37,6 +38,10 @@ struct Dataset {
   /// Blocks of a TIFF that were never written (sparse); they are void. Empty when every block is stored.
   std::vector<bool> missing;  ///< indexed by block row * blocks_across + block column
   int block_columns = 0, block_rows = 0, blocks_across = 0;
+  /// What the sources of a VRT without nodata values cover; the rest is void, too. Null when they cover all of it.
+  std::shared_ptr<const Coverage> covered;
+
+  bool is_sparse() const { return !missing.empty() || covered != nullptr; }
 };
 
 /// Opens a raster with one of the drivers we vouch for (formats.h), out of its archive if it is in one. band: the number or name
@@ -53,6 +58,11 @@ proto::Result<void> choose_band(Dataset& dataset, const std::string& asked);
 
 /// Every block that the header promises must lie inside the file; notes the blocks of a sparse file that do not exist.
 proto::Result<void> check_tiff_blocks(Dataset& dataset);
+
+/// Notes what no source of a VRT covers, of a band with neither a nodata value nor a mask. Where sources leave out pixels by
+/// nodata values of their own, the band is opened again with one. What a source itself never stored is 0, as GDAL reads it, and
+/// so are gaps in a VRT that the VRT names.
+void note_vrt_gaps(Dataset& dataset);
 
 /// The first bytes of a file that is no raster usually tell what it is: a better message than "not recognised".
 proto::Result<void> sniff(const std::string& path, const std::string& name, Trust trust);

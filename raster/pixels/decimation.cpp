@@ -92,17 +92,22 @@ proto::Result<void> read_rows(const Dataset& dataset, GDALRasterBand& band, int 
   return {};
 }
 
-/// Blocks of a sparse file that do not exist are void, whatever an overview holds there.
+bool is_missing(const Dataset& dataset, int x, int y) {
+  if (dataset.covered != nullptr) return !dataset.covered->touches({x, y, x + 1, y + 1});
+  const int bx = x / dataset.block_columns, by = y / dataset.block_rows;
+  return dataset
+      .missing[static_cast<std::size_t>(by) * static_cast<std::size_t>(dataset.blocks_across) + static_cast<std::size_t>(bx)];
+}
+
+/// Blocks of a sparse file that do not exist are void, whatever an overview holds there; so are gaps of a VRT.
 void mark_missing(const Dataset& dataset, Decimation& out) {
-  if (dataset.missing.empty()) return;
+  if (!dataset.is_sparse()) return;
   if (out.mask.empty()) out.mask.assign(static_cast<std::size_t>(out.columns) * static_cast<std::size_t>(out.rows), 255);
   for (int row = 0; row < out.rows; ++row) {
-    const int by = line_at(row, out.rows, dataset.rows) / dataset.block_rows;
+    const int y = line_at(row, out.rows, dataset.rows);
     for (int column = 0; column < out.columns; ++column) {
-      const int bx = line_at(column, out.columns, out.covered_columns) / dataset.block_columns;
-      if (!dataset.missing[static_cast<std::size_t>(by) * static_cast<std::size_t>(dataset.blocks_across) +
-                           static_cast<std::size_t>(bx)])
-        continue;
+      const int x = line_at(column, out.columns, out.covered_columns);
+      if (!is_missing(dataset, x, y)) continue;
       out.mask[static_cast<std::size_t>(row) * static_cast<std::size_t>(out.columns) + static_cast<std::size_t>(column)] = 0;
     }
   }
@@ -201,6 +206,7 @@ proto::Result<void> put_decimation(Dataset& dataset, const std::shared_ptr<const
   dataset.driver = "MEM";
   dataset.pixel_is_point = false;  // half a pixel of the raster itself is nothing here
   dataset.missing.clear();
+  dataset.covered.reset();
   return {};
 }
 

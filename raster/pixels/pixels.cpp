@@ -41,7 +41,7 @@ proto::Result<void> Pixels::read_anew(const PixelWindow& window, std::vector<dou
   heights.resize(window.count());
   const bool inside =
       window.x >= 0 && window.y >= 0 && window.x + window.columns <= dataset_.columns && window.y + window.rows <= dataset_.rows;
-  if (!inside || period_ != 0 || !dataset_.missing.empty()) std::fill(heights.begin(), heights.end(), kVoid);
+  if (!inside || period_ != 0 || dataset_.is_sparse()) std::fill(heights.begin(), heights.end(), kVoid);
   if (period_ == 0) return read_inside(window, window, 0, heights);
   // Columns 0 .. period-1 repeat around the earth; a duplicated last column of a grid-registered raster is never read.
   const std::int64_t first = proto::floor_divide(window.x, period_),
@@ -66,8 +66,18 @@ proto::Result<void> Pixels::read_inside(const PixelWindow& part, const PixelWind
            static_cast<std::size_t>(x + shift - window.x);
   };
   const std::size_t stride = static_cast<std::size_t>(window.columns);
-  if (dataset_.missing.empty())
-    return read_stored({x0, y0, static_cast<int>(x1 - x0), static_cast<int>(y1 - y0)}, place(x0, y0), stride);
+  const auto fill = [&](std::int64_t y, std::int64_t west, std::int64_t east) {
+    std::fill_n(place(west, y), east - west, rule_.voids == VoidRule::value ? rule_.void_height_m : kVoid);
+  };
+  if (dataset_.missing.empty()) {
+    const Coverage::Rectangle inside{x0, y0, x1, y1};
+    if (dataset_.covered == nullptr || dataset_.covered->touches(inside)) {
+      const PixelWindow stored{x0, y0, static_cast<int>(x1 - x0), static_cast<int>(y1 - y0)};
+      if (auto done = read_stored(stored, place(x0, y0), stride); !done.ok()) return done;
+    }
+    if (dataset_.covered != nullptr) dataset_.covered->each_gap(inside, fill);
+    return {};
+  }
   const int bw = dataset_.block_columns, bh = dataset_.block_rows;
   for (std::int64_t by = y0 / bh; by * bh < y1; ++by) {
     for (std::int64_t bx = x0 / bw; bx * bw < x1; ++bx) {
@@ -77,7 +87,7 @@ proto::Result<void> Pixels::read_inside(const PixelWindow& part, const PixelWind
         const PixelWindow block{west, top, static_cast<int>(east - west), static_cast<int>(bottom - top)};
         if (auto done = read_stored(block, place(west, top), stride); !done.ok()) return done;
       } else if (rule_.voids == VoidRule::value) {
-        for (std::int64_t y = top; y < bottom; ++y) std::fill_n(place(west, y), east - west, rule_.void_height_m);
+        for (std::int64_t y = top; y < bottom; ++y) fill(y, west, east);
       }
     }
   }
@@ -125,6 +135,7 @@ bool Pixels::certainly_void(const PixelWindow& window) const {
   const std::int64_t y0 = std::max<std::int64_t>(window.y, 0), y1 = std::min<std::int64_t>(window.y + window.rows, dataset_.rows);
   if (period_ != 0 && (window.x < 0 || window.x + window.columns > dataset_.columns)) return false;
   if (x0 >= x1 || y0 >= y1) return true;
+  if (dataset_.covered != nullptr) return !dataset_.covered->touches({x0, y0, x1, y1});
   if (dataset_.missing.empty()) return false;
   for (std::int64_t by = y0 / dataset_.block_rows; by * dataset_.block_rows < y1; ++by)
     for (std::int64_t bx = x0 / dataset_.block_columns; bx * dataset_.block_columns < x1; ++bx)

@@ -36,7 +36,7 @@ class Pixels {
   /// read again.
   proto::Result<void> read(const PixelWindow& window, std::vector<double>& heights);
 
-  /// No pixel of the window can be anything but void, by the file's block table alone.
+  /// No pixel of the window can be anything but void, by the file's block table, or by what a VRT's sources cover, alone.
   bool certainly_void(const PixelWindow& window) const;
 
  private:

@@ -30,7 +30,7 @@ Validity::Validity(const Dataset& dataset) {
     asked_ = around(*dataset.asked_nodata, type);
   }
   if (dataset.mask != nullptr) text_ += text_.empty() ? "mask band" : ", mask band";
-  if (!dataset.missing.empty()) text_ += text_.empty() ? kUnstoredBlocks : std::string(", ") + kUnstoredBlocks;
+  if (dataset.is_sparse()) text_ += text_.empty() ? kUnstoredBlocks : std::string(", ") + kUnstoredBlocks;
   if (text_.empty()) text_ = "none";
 }
 

@@ -189,7 +189,8 @@ void describe(SourceParts& parts, const Crs& crs, const HeightUnit& unit, const 
 }
 
 bool all_blocks_missing(const Dataset& d) {
-  return !d.missing.empty() && std::all_of(d.missing.begin(), d.missing.end(), [](bool missing) { return missing; });
+  return d.is_sparse() && (d.covered == nullptr || d.covered->is_empty()) &&
+         std::all_of(d.missing.begin(), d.missing.end(), [](bool missing) { return missing; });
 }
 
 /// pixels: in place of the raster's own; null: those.
@@ -232,7 +233,9 @@ proto::Result<std::unique_ptr<Source>> open_checked(const std::string& path, con
                    "a pixel of " + parts.dataset.name + " in its CRS, " + crs->label + ", would be smaller than a millimetre",
                    "a raster whose CRS fits its coordinates", crs->from == "request" ? "crs" : ""};
   if (all_blocks_missing(parts.dataset) && parts.options.voids != VoidRule::value)
-    return Problem{"raster-all-nodata", parts.dataset.name + " is a sparse file without a single stored block",
+    return Problem{"raster-all-nodata",
+                   parts.dataset.name + (parts.dataset.covered != nullptr ? " is a VRT of rasters that lie beside it"
+                                                                          : " is a sparse file without a single stored block"),
                    "a raster with some data", ""};
   auto datum = resolve_vertical({options.vertical_datum(), crs->declared_datum, crs->compound_wkt, crs->horizontal_wkt, system},
                                 trust, f->tight);

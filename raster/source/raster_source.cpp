@@ -55,7 +55,7 @@ bool RasterSource::empty(const proto::Lattice& lattice, std::int64_t west, std::
   if (south > w.north || south + rows - 1 < w.south) return true;
   const std::int64_t gap = modulo(west - w.west, lattice.columns());  // from the window's west to ours, eastward
   if (gap > w.east - w.west && gap + columns - 1 < lattice.columns()) return true;
-  if (parts_.dataset.missing.empty()) return false;
+  if (!parts_.dataset.is_sparse()) return false;
   // Where the rectangle lies in the source, from a net of points; a torn net proves nothing.
   constexpr int kNet = 17;
   const GdalScope scope(parts_.dataset.trust);
