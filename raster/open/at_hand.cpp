@@ -19,6 +19,7 @@
 #include "raster/gdal/formats.h"
 #include "raster/gdal/gdal_scope.h"
 #include "raster/open/archive.h"
+#include "raster/open/remote.h"
 #include "raster/storage/storage.h"
 
 namespace cordillera::raster {
@@ -158,10 +159,22 @@ proto::Result<AtHand> make_unmarked(const std::string& path, const std::string& 
   return unmarked;
 }
 
+/// Of an archive elsewhere all is fetched: to read a place in it, all before it would be fetched and unpacked again.
+proto::Result<Member> unpacked(const std::string& path, const std::string& name, const PrivateFolder& folder) {
+  if (!is_remote(path)) return unpack(path, name, folder);
+  const PrivateFolder own;  // which the archive leaves with
+  if (!own.made()) return no_room(name);
+  const auto here = fetched(path, name, own);
+  if (!here) return here.problem();
+  if (is_archive(*here)) return unpack(*here, name, folder);
+  return Problem{"archive-unreadable", name + " is neither a .zip nor a .gz, whatever its name",
+                 "a complete, undamaged archive, or the raster under a name of its own", ""};
+}
+
 proto::Result<AtHand> make_unpacked(const std::string& path, const std::string& name) {
   const auto folder = std::make_shared<const PrivateFolder>();
   if (!folder->made()) return no_room(name);
-  const auto member = unpack(path, name, *folder);
+  const auto member = unpacked(path, name, *folder);
   if (!member) return member.problem();
   if (is_archive(member->path))
     return Problem{"raster-format-unsupported", name + " holds an archive, " + proto::shown_text(member->name),
@@ -207,7 +220,7 @@ std::string copy_key(const std::string& path, const std::string& name) { return 
 
 proto::Result<AtHand> at_hand(const std::string& path, const std::string& name, Trust trust) {
   const std::string file = fs::path(name.empty() ? path : name).filename().string();
-  const bool packed = !is_remote(path) && is_archive(path);
+  const bool packed = is_remote(path) ? is_remote_archive(path) : is_archive(path);
   if (!packed && !is_remote(path) && begins_with_mark(path))
     return unpacked_copies().get(copy_key(path, file) + (trust == Trust::posted_file ? "\nalone" : ""),
                                  [&] { return make_unmarked(path, file, trust); });

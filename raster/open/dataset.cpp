@@ -15,9 +15,11 @@
 #include "raster/open/at_hand.h"
 #include "raster/open/netcdf_axes.h"
 #include "raster/open/point_lines.h"
+#include "raster/open/remote.h"
 #include "raster/open/text_grid.h"
 #include "raster/open/whole_file.h"
 #include "raster/storage/ranged_file.h"
+#include "raster/storage/storage.h"
 
 namespace cordillera::raster {
 namespace {
@@ -110,6 +112,9 @@ std::string form_of(const std::string& extension) {
 
 Problem not_opened(const AtHand& raster, const std::string& message) {
   const std::string& name = raster.name;
+  if (is_remote(raster.path)) {
+    if (auto why = why_not_fetched(raster.path, name, message)) return *why;
+  }
   if (is_side_extension(extension_of(raster.file)))
     return {"raster-format-unsupported", name + " goes with a raster, and is none itself",
             "the raster that it belongs to: dem.bil, .flt or .bip of a dem.hdr, dem.sdat of a dem.sgrd", ""};
@@ -234,10 +239,26 @@ proto::Result<void> open_sized(Dataset& dataset, const AtHand& raster, const std
 
 }  // namespace
 
+/// The file that GDAL complains of: of a VRT the one that it names. Empty: none that lies elsewhere.
+static std::string remote_file_in(const std::string& heard) {
+  const auto at = heard.find("/vsi");
+  if (at == heard.npos) return "";
+  // "/vsicurl/…/a.tif, band 1: IReadBlock failed …", "`/vsicurl/…/a.tif' does not exist in the file system …".
+  return heard.substr(at, heard.find(at == 0 ? ", band " : "'", at) - at);
+}
+
 proto::Problem unreadable_pixels(const Dataset& dataset, const GdalScope& scope) {
+  const std::string heard = CPLGetLastErrorMsg(), said = scope.message(dataset.path, dataset.name);
+  const std::string part = dataset.trust == Trust::operator_file ? remote_file_in(heard) : "";
+  const bool fetched = is_remote(dataset.path) || !part.empty();
+  if (fetched) {
+    const std::string name = part.empty() || part == dataset.path ? dataset.name : fs::path(part).filename().string();
+    if (auto why = why_not_fetched(part.empty() ? dataset.path : part, name, heard)) return *why;
+  }
   return {"raster-unreadable",
-          dataset.name + " is damaged: its pixels cannot be read (" + scope.message(dataset.path, dataset.name) + ")",
-          "a complete, undamaged file", ""};
+          dataset.name + " is damaged" + (fetched ? ", or its server failed for a moment" : "") +
+              ": its pixels cannot be read (" + said + ")",
+          fetched ? "a complete, undamaged file; or trying again" : "a complete, undamaged file", ""};
 }
 
 proto::Result<Dataset> open_dataset(const std::string& path, const std::string& name, Trust trust, const std::string& band) {

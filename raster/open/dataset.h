@@ -49,7 +49,7 @@ struct Dataset {
 /// are.
 proto::Result<Dataset> open_dataset(const std::string& path, const std::string& name, Trust trust, const std::string& band);
 
-/// "raster-unreadable": GDAL could not read pixels while the scope stood.
+/// GDAL could not read pixels while the scope stood: "raster-unreadable", or why its storage does not give them (remote.h).
 proto::Problem unreadable_pixels(const Dataset& dataset, const GdalScope& scope);
 
 /// Of a file that holds several rasters, one: opens it in place of the file. Then of its bands one, with its mask.

@@ -8,6 +8,8 @@
 #include "raster/disk/free_space.h"
 #include "raster/gdal/gdal_scope.h"
 #include "raster/open/at_hand.h"
+#include "raster/open/remote.h"
+#include "raster/storage/storage.h"
 
 namespace cordillera::raster {
 namespace {
@@ -33,6 +35,9 @@ proto::Result<int> copy_rows(const Dataset& dataset, GDALDataset& copy) {
   // In their order: asked for one behind a damaged line GDAL looks for all before it again, and for each of these again.
   for (; row < dataset.rows && move(*dataset.band, GF_Read, row); ++row)
     if (!move(to, GF_Write, row)) return unwritable(dataset);
+  if (row < dataset.rows && is_remote(dataset.path)) {
+    if (auto why = why_not_fetched(dataset.path, dataset.name, "")) return *why;
+  }
   const GdalScope scope(dataset.trust);
   dataset.band->FlushCache(false);  // nobody reads these again
   copy.FlushCache(true);

@@ -61,6 +61,9 @@ std::vector<std::optional<proto::Result<MosaicMember>>> examine_all(const std::v
   return examined;
 }
 
+/// What could not be fetched now, or had no room here, is no bad raster: the next time it would be among the others.
+bool is_of_storage(const Problem& problem) { return problem.type.starts_with("storage-"); }
+
 }  // namespace
 
 proto::Result<Sources> examine_sources(const std::vector<std::string>& words, const Settings& settings, BadSource bad) {
@@ -76,7 +79,7 @@ proto::Result<Sources> examine_sources(const std::vector<std::string>& words, co
       sources.members.push_back(std::move(*member));
     } else if (raster::lies_beside(member.problem())) {
       beside = member.problem();
-    } else if (bad == BadSource::skip) {
+    } else if (bad == BadSource::skip && !is_of_storage(member.problem())) {
       sources.skipped.push_back(path + ": " + member.problem().line());
       sources.notes.push_back(proto::as_utf8(fs::path(path).filename().string()) + " was left out, for it cannot be used (" +
                               member.problem().type + ")");
