@@ -244,7 +244,7 @@ HeightAxis axis_of(const VerticalCrs& crs) {
   const Object vertical(proj_create(context.get(), crs.definition.c_str()));
   if (!vertical) return {};
   const Axis axis = vertical_axis(context.get(), vertical.get());
-  return {axis.unit, axis.metres < 0};
+  return {axis.unit, std::abs(axis.metres), axis.metres < 0};
 }
 
 std::optional<VerticalCrs> find_vertical_crs(const std::string& text) {

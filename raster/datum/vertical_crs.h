@@ -24,7 +24,8 @@ bool is_mean_sea_level(const VerticalCrs& crs);
 
 /// What a value of 1 along its axis is.
 struct HeightAxis {
-  std::string unit;  ///< as PROJ calls it
+  std::string unit;   ///< as PROJ calls it
+  double unit_m = 0;  ///< its length; 0: not known
   bool depth = false;
 };
 HeightAxis axis_of(const VerticalCrs& crs);

@@ -128,8 +128,6 @@ std::string shell_word(const std::string& name) {
   return word + "'";
 }
 
-std::string sorting_line(const std::string& name) { return "sort -g -k 2,2r -k 1,1 " + shell_word(name) + " > sorted.xyz"; }
-
 std::string copying_line(const std::string& command, const std::string& name) {
   const std::string tiff = std::filesystem::path(name).stem().string() + (extension_of(name) == ".tif" ? "-2.tif" : ".tif");
   return command + " " + shell_word(name) + " " + shell_word(tiff);

@@ -61,7 +61,5 @@ std::string shell_word(const std::string& name);
 std::string copying_line(const std::string& command, const std::string& name);
 /// The line that makes a copy with another CRS.
 std::string correcting_line(const std::string& name, const std::string& crs = "EPSG:CODE");
-/// The line that puts points, x y z with blanks between, into the order of a grid.
-std::string sorting_line(const std::string& name);
 
 }  // namespace cordillera::raster

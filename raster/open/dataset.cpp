@@ -144,7 +144,7 @@ Problem not_opened(const AtHand& raster, const std::string& message) {
     if (are_sorted(raster.path))
       return {"raster-format-unsupported", name + " is points that lie on no regular grid: " + message, kAcceptedForPoints, ""};
     return {"raster-format-unsupported", name + " is points in an order that makes no grid: " + message,
-            "points of a regular grid, row by row, each row from west to east: " + sorting_line(raster.file), ""};
+            "points of a regular grid, row by row, each row from west to east: " + sorting_line(raster.path, raster.file), ""};
   }
   constexpr std::string_view kTexts = ".asc .grd .dem .xyz .txt .csv ";
   const std::string extension = extension_of(raster.file);
@@ -220,24 +220,41 @@ proto::Result<void> open_grid(Dataset& dataset, const AtHand& grid) {
                  "a complete, undamaged file", ""};
 }
 
-/// Opened, of a size that we take; raster: at hand, key: the user's file.
-proto::Result<void> open_sized(Dataset& dataset, const AtHand& raster, const std::string& key, const std::string& band,
-                               std::optional<PrivateFolder>& folder) {
-  if (const auto grid = known_grid(raster, key)) {
+struct Wanted {
+  const AtHand& raster;
+  const std::string& key;  ///< the user's file
+  const std::string& band;
+  const std::function<proto::Result<void>(const Dataset&)>& before_copy;
+};
+
+/// Opened, of a size that we take.
+proto::Result<void> open_sized(Dataset& dataset, const Wanted& wanted, std::optional<PrivateFolder>& folder) {
+  if (const auto grid = known_grid(wanted.raster, wanted.key)) {
     if (auto opened = open_grid(dataset, *grid); !opened.ok()) return opened;
     note_size(dataset);
     return {};
   }
-  if (auto opened = open_at_hand(dataset, raster, band, folder); !opened.ok()) return opened;
+  if (auto opened = open_at_hand(dataset, wanted.raster, wanted.band, folder); !opened.ok()) return opened;
   note_size(dataset);
-  if (auto sized = check_size(dataset, raster.path); !sized.ok()) return sized;
-  dataset.key = copy_key(key, raster.name);
+  if (auto sized = check_size(dataset, wanted.raster.path); !sized.ok()) return sized;
+  dataset.key = copy_key(wanted.key, wanted.raster.name);
   if (dataset.driver != kPoints) return {};
-  const auto grid = gridded(raster, key, dataset.trust);
+  dataset.band = dataset.handle->GetRasterBand(1);
+  if (wanted.before_copy) {
+    if (auto fit = wanted.before_copy(dataset); !fit.ok()) return fit;
+  }
+  const auto grid = gridded(wanted.raster, wanted.key, dataset.trust);
   return grid.ok() ? open_grid(dataset, *grid) : grid.problem();
 }
 
 }  // namespace
+
+/// Of "dem/" dem, as people say it; it never is empty.
+static std::string last_part(const std::string& path) {
+  const fs::path whole(path);
+  const std::string last = (whole.has_filename() ? whole : whole.parent_path()).filename().string();
+  return last.empty() ? "\"" + path + "\"" : last;
+}
 
 /// The file that GDAL complains of: of a VRT the one that it names. Empty: none that lies elsewhere.
 static std::string remote_file_in(const std::string& heard) {
@@ -261,10 +278,11 @@ proto::Problem unreadable_pixels(const Dataset& dataset, const GdalScope& scope)
           fetched ? "a complete, undamaged file; or trying again" : "a complete, undamaged file", ""};
 }
 
-proto::Result<Dataset> open_dataset(const std::string& path, const std::string& name, Trust trust, const std::string& band) {
+proto::Result<Dataset> open_dataset(const std::string& path, const std::string& name, Trust trust, const std::string& band,
+                                    const std::function<proto::Result<void>(const Dataset&)>& before_copy) {
   Dataset dataset;
   dataset.trust = trust;
-  const std::string called = fs::path(name.empty() ? path : name).filename().string();
+  const std::string called = last_part(name.empty() ? path : name);
   if (auto sniffed = sniff(path, called, trust); !sniffed.ok()) return sniffed.problem();
   const auto raster = at_hand(path, called, trust);
   if (!raster) return raster.problem();
@@ -273,7 +291,7 @@ proto::Result<Dataset> open_dataset(const std::string& path, const std::string& 
   }
   if (auto headed = check_header(*raster, trust); !headed.ok()) return headed.problem();
   std::optional<PrivateFolder> folder;
-  if (auto opened = open_sized(dataset, *raster, path, band, folder); !opened.ok()) return opened.problem();
+  if (auto opened = open_sized(dataset, {*raster, path, band, before_copy}, folder); !opened.ok()) return opened.problem();
   const GdalScope scope(trust);
   if (auto chosen = choose_band(dataset, band); !chosen.ok()) return chosen.problem();
   if (auto typed = check_type(dataset); !typed.ok()) return typed.problem();

@@ -2,6 +2,7 @@
 // An opened raster that passed the checks which need no pixel: driver, bands, type, size, blocks inside the file.
 #include <gdal_priv.h>
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -47,7 +48,9 @@ struct Dataset {
 /// Opens a raster with one of the drivers we vouch for (formats.h), out of its archive if it is in one. band: the number or name
 /// of its band, or the name of one of several rasters in the file; empty: the only one, or the only one that is called as heights
 /// are.
-proto::Result<Dataset> open_dataset(const std::string& path, const std::string& name, Trust trust, const std::string& band);
+/// before_copy: asked of points as text before they are copied to a grid, for a minute's work of a raster that is then refused.
+proto::Result<Dataset> open_dataset(const std::string& path, const std::string& name, Trust trust, const std::string& band,
+                                    const std::function<proto::Result<void>(const Dataset&)>& before_copy = {});
 
 /// GDAL could not read pixels while the scope stood: "raster-unreadable", or why its storage does not give them (remote.h).
 proto::Problem unreadable_pixels(const Dataset& dataset, const GdalScope& scope);

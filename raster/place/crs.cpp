@@ -48,7 +48,7 @@ void take_vertical_part(OGRSpatialReference& srs, Crs& crs) {
     crs.declared_datum = known_datum(srs);
     crs.compound_wkt = wkt_of(srs);
     const char* unit = nullptr;
-    srs.GetTargetLinearUnits("VERT_CS", &unit);
+    crs.height_unit_m = srs.GetTargetLinearUnits("VERT_CS", &unit);
     crs.height_unit = text_of(unit);
     OGRAxisOrientation orientation = OAO_Up;
     srs.GetAxis("VERT_CS", 0, &orientation);
@@ -72,6 +72,7 @@ proto::Result<void> take_missing_vertical(const Dataset& dataset, const Crs& ask
     crs.declared_datum = asked.declared_datum;
     crs.compound_wkt = asked.compound_wkt;
     crs.height_unit = asked.height_unit;
+    crs.height_unit_m = asked.height_unit_m;
     crs.depth = asked.depth;
     crs.vertical_from = "request";
   } else if (crs.declared_datum != asked.declared_datum) {
@@ -97,11 +98,11 @@ proto::Result<OGRSpatialReference> parse(const std::string& requested) {
   return srs;
 }
 
-proto::Result<void> check_kind(const OGRSpatialReference& srs, const std::string& label, const Dataset& dataset,
-                               const std::string& from) {
+/// called: "the CRS of dem.tif, WGS 84", or the request's own words.
+proto::Result<void> check_kind(const OGRSpatialReference& srs, const std::string& called, const std::string& from) {
   const std::string parameter = from == "request" ? "crs" : "";
   const auto refuse = [&](const std::string& why) {
-    return Problem{"crs-unsupported", "the CRS of " + dataset.name + ", " + label + ", " + why, kAcceptedCrs, parameter};
+    return Problem{"crs-unsupported", called + " " + why, kAcceptedCrs, parameter};
   };
   if (srs.IsLocal()) {
     Problem local = refuse("is a local or engineering system: it does not say where on the earth it is");
@@ -212,10 +213,13 @@ proto::Result<Crs> resolve_crs(const Dataset& dataset, const std::string& reques
   take_vertical_part(srs, crs);
   crs.vertical_from = crs.from;
   crs.label = crs_label(srs);
-  if (auto kind = check_kind(srs, crs.label, dataset, crs.from); !kind.ok()) return kind.problem();
+  const std::string called = "the CRS of " + dataset.name + ", " + crs.label + ",";
+  if (auto kind = check_kind(srs, called, crs.from); !kind.ok()) return kind.problem();
   if (own != nullptr && !requested.empty()) {
     Crs asked;
     take_vertical_part(named, asked);
+    // A copy with it would be refused, too.
+    if (auto kind = check_kind(named, "crs=" + proto::shown_text(requested), "request"); !kind.ok()) return kind.problem();
     const char* const lenient[] = {"IGNORE_DATA_AXIS_TO_SRS_AXIS_MAPPING=YES", "CRITERION=EQUIVALENT_EXCEPT_AXIS_ORDER_GEOGCRS",
                                    nullptr};
     if (!srs.IsSame(&named, lenient))

@@ -18,6 +18,7 @@ struct Crs {
   std::string compound_wkt;        ///< the compound CRS that declares it; empty when none does
   std::string vertical_from;       ///< who declared it: "source" or "request"
   std::string height_unit;         ///< of the vertical axis; empty when none is declared
+  double height_unit_m = 0;        ///< its length, whatever its name; 0: not stated
   bool depth = false;              ///< the vertical axis points down
 };
 

@@ -40,6 +40,11 @@ proto::Result<void> check_placed(const Dataset& dataset) {
   if (dataset.handle->GetGCPCount() > 0)
     return Problem{"raster-not-georeferenced", dataset.name + " is placed by ground control points only",
                    "a raster with an affine geotransform, as this makes: " + copying_line("gdalwarp", dataset.name), ""};
+  if (dataset.handle->GetMetadata("RPC") != nullptr)
+    return Problem{
+        "raster-not-georeferenced", dataset.name + " is placed by RPCs only (rational polynomials of a camera)",
+        "a raster with an affine geotransform, as this makes: " + copying_line("gdalwarp -rpc -t_srs EPSG:CODE", dataset.name),
+        ""};
   return Problem{"raster-not-georeferenced", dataset.name + " does not say where its pixels lie",
                  "a raster with an affine geotransform: with a world file beside it (posted, in one .zip), or made by " +
                      copying_line("gdal_translate -a_ullr WEST NORTH EAST SOUTH", dataset.name),

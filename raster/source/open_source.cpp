@@ -25,6 +25,7 @@ void take_axis_of(const VerticalCrs& asked, Crs& crs) {
   if (!crs.declared_datum.empty()) return;
   const HeightAxis axis = axis_of(asked);
   crs.height_unit = axis.unit;
+  crs.height_unit_m = axis.unit_m;
   crs.depth = crs.depth || axis.depth;
 }
 
@@ -34,6 +35,9 @@ proto::Result<HeightUnit> unit_of(const Dataset& dataset, const Crs& crs, bool z
   if (text.empty()) return HeightUnit{"metre", 1};
   if (const auto unit = height_unit(text)) return *unit;
   const std::string shown = proto::shown_text(text);
+  // "British foot (1936)", "yard": a CRS states a length beside the name.
+  // Of a GeoTIFF GDAL gives its name to the band, too.
+  if (text == crs.height_unit && crs.height_unit_m > 0) return HeightUnit{shown, crs.height_unit_m};
   if (z_scale_given) return HeightUnit{shown, 1};
   return Problem{"unit-unknown", "the heights of " + dataset.name + " are in \"" + shown + "\", a unit not known here",
                  std::string(kAcceptedUnits) + ", or z_scale= to say what takes them to metres", "z_scale"};
@@ -199,7 +203,11 @@ proto::Result<std::unique_ptr<Source>> open_checked(const std::string& path, con
                                                     const std::shared_ptr<const Decimation>& pixels) {
   auto checked = check_options(options);
   if (!checked) return checked.problem();
-  auto dataset = open_dataset(path, name, trust, options.band());
+  const auto has_crs = [&options](const Dataset& points) -> proto::Result<void> {
+    const auto found = resolve_crs(points, options.crs());
+    return found.ok() ? proto::Result<void>() : found.problem();
+  };
+  auto dataset = open_dataset(path, name, trust, options.band(), has_crs);
   if (!dataset) return dataset.problem();
   const GdalScope scope(trust);
   SourceParts parts;
