@@ -74,6 +74,51 @@ bool is_listed(const std::string& extension) {
   return is_raster_extension(extension) || extension == ".zip" || extension == ".gz";
 }
 
+/// Whether a text is points (XYZ), as its first line or, below their names, its second one shows: three numbers.
+bool holds_points(const std::string& text) {
+  const auto begins_with_numbers = [](std::string line) {
+    std::replace_if(
+        line.begin(), line.end(), [](char c) { return c == ',' || c == ';'; }, ' ');
+    std::istringstream words(line);
+    double x = 0, y = 0, z = 0;
+    return static_cast<bool>(words >> x >> y >> z);
+  };
+  std::istringstream lines(text);
+  std::string first, second;
+  std::getline(lines, first);
+  std::getline(lines, second);
+  return begins_with_numbers(first) || begins_with_numbers(second);
+}
+
+/// A raster that is called as a text: a zero byte is in no list.
+bool is_no_text(const std::string& head) { return head.find('\0') != std::string::npos; }
+
+constexpr std::uint64_t kHead_bytes = 4096;
+
+std::string_view without_mark(std::string_view text) {
+  return text.starts_with(proto::kUtf8Mark) ? text.substr(proto::kUtf8Mark.size()) : text;
+}
+
+/// Its first bytes; none of a file that cannot be read.
+std::string text_head(const std::string& path) {
+  const auto head = read_range(path, 0, kHead_bytes);
+  return head.ok() && *head ? std::string(without_mark(**head)) : "";
+}
+
+/// Of a folder, those that hold points: texts of a name that may be anything.
+std::vector<std::string> texts_of_points(const std::string& folder) {
+  constexpr std::array kAnything{".txt", ".csv"};
+  std::vector<std::string> texts;
+  std::error_code error;
+  for (fs::recursive_directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+    const std::string path = at->path().string();
+    if (!at->is_regular_file(error) || !is_one_of(extension_of(path), kAnything)) continue;
+    if (const std::string head = text_head(path); !is_no_text(head) && holds_points(head)) texts.push_back(path);
+  }
+  std::sort(texts.begin(), texts.end());
+  return texts;
+}
+
 Listed in_folder(const std::string& folder) {
   Sources sources;
   std::error_code error;
@@ -81,6 +126,9 @@ Listed in_folder(const std::string& folder) {
     if (at->is_regular_file(error) && is_listed(extension_of(at->path().string()))) sources.push_back({at->path().string(), {}});
   }
   if (error) return invalid(folder, "cannot be read: " + error.message());
+  if (const auto texts = sources.empty() ? note_on_texts(folder) : std::nullopt)
+    return proto::Problem{"sources-invalid", folder + " has no raster in it that is called as one; " + *texts,
+                          "the texts by their names, where each is a grid, such as " + folder + "/*.txt", ""};
   if (sources.empty())
     return proto::Problem{"sources-invalid", folder + " has no raster in it",
                           "a folder with files that end in " + raster_extensions() + " .zip or .gz", ""};
@@ -227,37 +275,13 @@ Listed in_index(const std::string& path, const std::string& list, const GdalScop
   return sources;
 }
 
-/// Whether a text is points (XYZ), as its first line or, below their names, its second one shows: three numbers.
-bool holds_points(const std::string& text) {
-  const auto begins_with_numbers = [](std::string line) {
-    std::replace_if(
-        line.begin(), line.end(), [](char c) { return c == ',' || c == ';'; }, ' ');
-    std::istringstream words(line);
-    double x = 0, y = 0, z = 0;
-    return static_cast<bool>(words >> x >> y >> z);
-  };
-  std::istringstream lines(text);
-  std::string first, second;
-  std::getline(lines, first);
-  std::getline(lines, second);
-  return begins_with_numbers(first) || begins_with_numbers(second);
-}
-
-/// A raster that is called as a text: a zero byte is in no list.
-bool is_no_text(const std::string& head) { return head.find('\0') != std::string::npos; }
-
 constexpr std::array kTexts{".txt", ".lst"}, kIndices{".gpkg", ".shp"};
-constexpr std::uint64_t kHead_bytes = 4096;
 
 /// A file of this machine, or elsewhere, that is a list by its name; json: by its bytes, whatever its name. None: it is a raster.
 struct ListFile {
   std::string path, name;
   bool json = false;
 };
-
-std::string_view without_mark(std::string_view text) {
-  return text.starts_with(proto::kUtf8Mark) ? text.substr(proto::kUtf8Mark.size()) : text;
-}
 
 Listed in_file(const ListFile& list, const GdalScope& scope) {
   const std::string extension = list.json ? ".json" : extension_of(list.name);
@@ -268,8 +292,7 @@ Listed in_file(const ListFile& list, const GdalScope& scope) {
   }
   if (!text && !geojson && extension != ".json") return Sources();
   if (text) {  // before all of it: points may be many
-    const auto head = read_range(list.path, 0, kHead_bytes);
-    if (head.ok() && *head && (is_no_text(**head) || holds_points(std::string(without_mark(**head))))) return Sources();
+    if (const std::string head = text_head(list.path); is_no_text(head) || holds_points(head)) return Sources();
   }
   const auto bytes = read_whole(list.path);
   if (!bytes.ok()) return bytes.problem();
@@ -292,6 +315,18 @@ Listed list_sources(const std::string& word) {
   if (listed->empty()) return Sources{{resolved(word, ""), {}}};
   for (ListedSource& source : *listed) source.path = unescaped_where_there(resolved(source.path, word));
   return listed;
+}
+
+std::optional<std::string> note_on_texts(const std::string& word) {
+  std::error_code error;
+  if (is_remote(word) || !fs::is_directory(word, error)) return std::nullopt;
+  const GdalScope scope(Trust::operator_file);
+  const std::vector<std::string> texts = texts_of_points(word);
+  if (texts.empty()) return std::nullopt;
+  const std::string first = proto::as_utf8(fs::path(texts.front()).filename().string());
+  return (texts.size() == 1 ? first + " looks like points and was"
+                            : std::to_string(texts.size()) + " texts, such as " + first + ", look like points and were") +
+         " not taken with the folder; named by itself a text of points is a raster";
 }
 
 ListKind list_kind(std::string_view head, const std::string& name) {

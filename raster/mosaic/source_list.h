@@ -1,6 +1,7 @@
 #pragma once
 // Many rasters named at once: what a user may write where one raster could stand.
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -29,6 +30,10 @@ struct ListedSource {
 /// Paths in a list count from the list's folder; s3://, gs://, az:// and https:// become GDAL's /vsis3/, /vsigs/, /vsiaz/ and
 /// /vsicurl/. Problems: "sources-invalid", naming the list and the line or member.
 proto::Result<std::vector<ListedSource>> list_sources(const std::string& word);
+
+/// Of a folder: how many texts that hold points it has, which are not taken with it, for a text may be anything; as a sentence
+/// for people. Nothing where there are none, and of what is no folder.
+std::optional<std::string> note_on_texts(const std::string& word);
 
 /// What stands at an address in place of a raster: one of these lists, or a VRT, which is a raster and names others.
 enum class ListKind : std::uint8_t { none, list, vrt };

@@ -61,6 +61,14 @@ std::vector<std::optional<proto::Result<MosaicMember>>> examine_all(const std::v
   return examined;
 }
 
+/// What a folder has and is not taken from it.
+std::vector<std::string> notes_on_texts(const std::vector<std::string>& words) {
+  std::vector<std::string> notes;
+  for (const std::string& word : words)
+    if (auto note = raster::note_on_texts(word)) notes.push_back(std::move(*note));
+  return notes;
+}
+
 /// What could not be fetched now, or had no room here, is no bad raster: the next time it would be among the others.
 bool is_of_storage(const Problem& problem) { return problem.type.starts_with("storage-"); }
 
@@ -99,6 +107,10 @@ proto::Result<Sources> examine_sources(const std::vector<std::string>& words, co
                    "none of the rasters can be used" + (sources.skipped.empty() ? "" : "; the first: " + sources.skipped.front()),
                    "at least one raster that can be read, inside the bbox", ""};
   }
+  for (std::string& note : notes_on_texts(words)) {
+    sources.warnings.push_back(note);
+    sources.notes.push_back(std::move(note));
+  }
   for (auto note : {pipeline::note_on_voids(sources.members), pipeline::note_on_hidden(sources.members)})
     if (note) sources.warnings.push_back(std::move(*note));
   for (std::string& note : raster::notes_on_datums(sources.members)) {
@@ -117,6 +129,10 @@ proto::Result<pipeline::BuildRequest> request_of(const std::vector<std::string>&
   if (words.size() == 1 && listed->size() == 1 && listed->front().options.empty()) {
     request.raster_path = listed->front().path;
     request.raster_name = fs::path(request.raster_path).filename().string();
+    for (const std::string& note : notes_on_texts(words)) {
+      std::cerr << "cordillera: warning: " << note << "\n";
+      request.options.add_warnings(note);
+    }
     return request;
   }
   auto sources = examine_sources(words, settings, bad);

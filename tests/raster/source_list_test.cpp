@@ -28,6 +28,28 @@ TEST_F(SourceList, a_folder_is_its_rasters_by_name) {
   EXPECT_EQ(names(path("")), (Names{"a.TIF", "b.tif", "c.txt.tif"}));
 }
 
+TEST_F(SourceList, a_folder_tells_of_texts_that_look_like_points) {
+  EXPECT_EQ(raster::note_on_texts(path("")), std::nullopt);
+  write({}, "a.tif");
+  write_text("Read me first.\n", "README.txt");
+  write_text("a.tif vertical_datum=EGM2008\n", "list.txt");
+  write_text(std::string("II*\0 1 2 3\n", 11), "raster.txt");
+  EXPECT_EQ(raster::note_on_texts(path("")), std::nullopt);
+  EXPECT_EQ(raster::note_on_texts(path("a.tif")), std::nullopt);
+  EXPECT_EQ(raster::note_on_texts("/vsis3/bucket/"), std::nullopt);
+  write_text("id,x,y,z\n1,2,3,4\n", "notes.csv");
+  EXPECT_EQ(raster::note_on_texts(path("")),
+            "notes.csv looks like points and was not taken with the folder; named by itself a text of points is a raster");
+  write_text("0 1 5\n1 1 5\n0 0 5\n1 0 5\n", "DGM1.TXT");
+  EXPECT_EQ(raster::note_on_texts(path("")).value_or("").find("2 texts, such as DGM1.TXT, look like points"), 0u);
+  EXPECT_EQ(names(path("")), Names{"a.tif"}) << "and none of them is refused";
+  std::filesystem::remove(path("a.tif"));
+  const auto none = raster::list_sources(path(""));
+  ASSERT_FALSE(none.ok());
+  EXPECT_NE(none.problem().line().find("2 texts, such as DGM1.TXT, look like points"), std::string::npos);
+  EXPECT_NE(none.problem().line().find("/*.txt"), std::string::npos);
+}
+
 TEST_F(SourceList, a_text_has_a_raster_a_line_with_its_own_options) {
   const auto listed = raster::list_sources(
       write_text("# fine first\n\"fine dem.tif\" vertical_datum=EGM2008 nodata=fill\n\n/abs/coarse.tif # all\n", "l.txt"));

@@ -48,6 +48,21 @@ TEST_F(Program, AFinishedFileIsThereUntilTheOneThatReplacesItIsFinished) {
     EXPECT_FALSE(std::filesystem::exists(out + left)) << left;
 }
 
+TEST_F(Program, TextsOfPointsInAFolderAreToldOf) {
+  const auto tiles = folder_.path() / "tiles";
+  std::filesystem::create_directory(tiles);
+  std::filesystem::copy(raster_, tiles / "cone.asc");
+  std::ofstream(tiles / "README.txt") << "Read me first.\n";
+  std::ofstream(tiles / "DGM1.txt") << "10 47 5\n10.1 47 5\n10 46.9 5\n10.1 46.9 5\n";
+  raster_ = tiles.string();
+  const std::string out = (folder_.path() / "out.sqlite").string();
+  const Ended built = shell(build("--error 20 --max-level 10 -q -o " + out));
+  EXPECT_EQ(built.code, 0) << built.output;
+  EXPECT_THAT(built.output, HasSubstr("warning: DGM1.txt looks like points and was not taken with the folder"));
+  EXPECT_THAT(Json::parse(shell(kProgram + " info --json " + out).output)["notes"].dump(),
+              HasSubstr("DGM1.txt looks like points"));
+}
+
 TEST_F(Program, OneBadRasterAmongOthersIsLeftOutWhenAsked) {
   const std::string out = (folder_.path() / "out.sqlite").string(), bad = (folder_.path() / "bad.tif").string();
   std::ofstream(bad) << "II*";
