@@ -14,7 +14,7 @@
 namespace cordillera::raster {
 namespace {
 
-constexpr std::string_view kStatus = "HTTP response code", kCurl = "CURL error: ";
+constexpr std::string_view kStatus = "HTTP response code", kCurl = "CURL error: ", kNoRanges = "Range downloading not supported";
 
 /// "503" of what GDAL says of an answer; "0": there was none. Empty: it says something else.
 std::string status_in(const std::string& said) {
@@ -54,9 +54,12 @@ std::optional<proto::Problem> why_not_fetched(const std::string& path, const std
   forget(path);
   VSIStatBufL found{};
   // Without its size GDAL might not ask for it, and would say nothing.
-  if (VSIStatExL(path.c_str(), &found,
-                 VSI_STAT_EXISTS_FLAG | VSI_STAT_NATURE_FLAG | VSI_STAT_SIZE_FLAG | VSI_STAT_SET_ERROR_FLAG) == 0)
-    return std::nullopt;
+  const bool there = VSIStatExL(path.c_str(), &found,
+                                VSI_STAT_EXISTS_FLAG | VSI_STAT_NATURE_FLAG | VSI_STAT_SIZE_FLAG | VSI_STAT_SET_ERROR_FLAG) == 0;
+  if (there && heard.find(kNoRanges) != heard.npos)
+    return proto::Problem{"storage-read", name + " cannot be read: its server gives whole files only",
+                          "a server that gives parts of files (range requests); or the file, fetched before", ""};
+  if (there) return std::nullopt;
   const std::string said = scope.message(path, name);
   // Of a connection that fails only what opened the file says why.
   if ((said.empty() || status_in(said) == "0") && is_of_network(heard) && status_in(heard) != "404")

@@ -26,6 +26,7 @@ class FileHost {
       const bool there = std::filesystem::is_regular_file(file);
       answer.status = !there ? 404 : well_-- > 0 ? 200 : status_;
       if (answer.status != 200) return httplib::Server::HandlerResponse::Handled;
+      if (whole_) const_cast<httplib::Request&>(request).ranges.clear();
       if (!request.ranges.empty()) answer.status = 206;
       answer.set_content(file_text(file.string()), "application/octet-stream");
       return httplib::Server::HandlerResponse::Handled;
@@ -43,6 +44,10 @@ class FileHost {
     const std::lock_guard lock(mutex_);
     status_ = status, well_ = after;
   }
+  void gives_whole_files_only() {
+    const std::lock_guard lock(mutex_);
+    whole_ = true;
+  }
 
  private:
   const std::filesystem::path folder_;
@@ -51,6 +56,7 @@ class FileHost {
   std::thread serving_;
   std::mutex mutex_;
   int status_ = 200, well_ = 0;
+  bool whole_ = false;
 };
 
 class RemoteRaster : public Program {
@@ -75,6 +81,14 @@ TEST_F(RemoteRaster, WhatItsServerSaysIsTold) {
   }
   EXPECT_THAT(built("http://127.0.0.1:1/cone.asc").output,
               AllOf(HasSubstr("cone.asc cannot be read"), Not(HasSubstr("GeoTIFF"))));
+}
+
+/// GDAL takes a small file as a whole.
+TEST_F(RemoteRaster, AServerWithoutPartsIsNoOtherFormat) {
+  std::ofstream(folder_.path() / "large.asc") << cone() << std::string(500000, '\n');
+  host_.gives_whole_files_only();
+  EXPECT_THAT(built(host_.address() + "large.asc").output,
+              AllOf(HasSubstr("large.asc cannot be read: its server gives whole files only"), Not(HasSubstr("gdal_translate"))));
 }
 
 /// GDAL has read the first 16 kB of it.
