@@ -271,6 +271,8 @@ proto::Problem unreadable_pixels(const Dataset& dataset, const GdalScope& scope)
   if (fetched) {
     const std::string name = part.empty() || part == dataset.path ? dataset.name : fs::path(part).filename().string();
     if (auto why = why_not_fetched(part.empty() ? dataset.path : part, name, heard)) return *why;
+  } else if (dataset.trust == Trust::operator_file) {
+    if (auto why = told_of_network(dataset.name, heard)) return *why;
   }
   return {"raster-unreadable",
           dataset.name + " is damaged" + (fetched ? ", or its server failed for a moment" : "") +

@@ -68,6 +68,12 @@ std::optional<proto::Problem> why_not_fetched(const std::string& path, const std
   return proto::Problem{"raster-not-found", name + " is not there", "", ""};
 }
 
+std::optional<proto::Problem> told_of_network(const std::string& name, const std::string& heard) {
+  if (!is_of_network(heard)) return std::nullopt;
+  if (status_in(heard) == "404") return proto::Problem{"raster-not-found", name + " names a raster that is not there", "", ""};
+  return not_given(name, heard);
+}
+
 bool is_remote_archive(const std::string& path) {
   const std::string extension = extension_of(without_query(path));
   return is_remote(path) && path.find("/vsi", 1) == path.npos && (extension == ".zip" || extension == ".gz") &&

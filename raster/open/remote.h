@@ -13,6 +13,10 @@ namespace cordillera::raster {
 /// what the user called it. heard: what GDAL said when it failed.
 std::optional<proto::Problem> why_not_fetched(const std::string& path, const std::string& name, const std::string& heard);
 
+/// What GDAL said when a part of a raster could not be fetched, without the part's name: the same problems; nothing where it said
+/// something else.
+std::optional<proto::Problem> told_of_network(const std::string& name, const std::string& heard);
+
 /// A .zip or .gz in a storage, by its name: GDAL's own ways into archives are none.
 bool is_remote_archive(const std::string& path);
 
