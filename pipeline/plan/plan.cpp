@@ -74,17 +74,20 @@ bool is_to_meet_pixels(const proto::BuildOptions& options) {
   return options.pixels() == raster::kExactPixels || !paints_voids(options);
 }
 
+bool is_automatic(const proto::BuildOptions& options) {
+  return options.strategy().empty() || options.strategy() == kAutoStrategy;
+}
+
 /// Meeting pixels takes cells that are neither wider nor higher than they: those of a pixel that is up to four times as long
-/// as it is wide are one level finer.
+/// as it is wide are one level finer. Pixels of most of a degree and more have finer cells, too: there are levels enough for
+/// exact then, which counts what a chord of hundreds of kilometres sags.
 int finest_level(const proto::Source& source, const proto::BuildOptions& options) {
-  const int level = level_of_pixels(source);
+  const bool may_be_exact =
+      options.min_level() == 0 && options.keep_size() == 0 && (is_automatic(options) || options.strategy() == gpu::kExact);
+  const int level = std::max(level_of_pixels(source), may_be_exact ? kExactLevels : 0);
   const bool finer = is_to_meet_pixels(options) && level < proto::kMaxLevel && !has_cells_within_pixels(source, level) &&
                      has_cells_within_pixels(source, level + 1);
   return finer ? level + 1 : level;
-}
-
-bool is_automatic(const proto::BuildOptions& options) {
-  return options.strategy().empty() || options.strategy() == kAutoStrategy;
 }
 
 }  // namespace

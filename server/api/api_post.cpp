@@ -227,7 +227,8 @@ Response post_form(Service& service, const Request& request, FormReader form) {
   if (!behind) return problem_response(behind.problem());
   if (auto unknown = unknown_in_body(form.fields(), "field")) return problem_response(*unknown);
   Request plain = request;
-  plain.query.insert(plain.query.end(), form.fields().begin(), form.fields().end());
+  for (const auto& field : form.fields())
+    if (!field.second.empty()) plain.query.push_back(field);  // a page sends those that were left blank, too
   forget_body_headers(plain);
   if (form.file_names().empty()) {
     plain.read_body = nullptr;

@@ -55,7 +55,8 @@ std::optional<Problem> Admission::refused(const std::string& client, std::uint64
   }
   const auto own = of_client_.find(client);
   if (own != of_client_.end() && own->second >= limits_.client_uploads) {
-    return Problem{"too-many-uploads", "you are sending " + std::to_string(own->second) + " rasters already",
+    return Problem{"too-many-uploads",
+                   "you are sending " + std::to_string(own->second) + " rasters already, or have them fetched",
                    at_most(limits_.client_uploads, "uploads of one client at a time"), ""};
   }
   if (const std::string full = space_.full(bytes); !full.empty()) return storage_full(full);

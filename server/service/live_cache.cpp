@@ -76,10 +76,12 @@ void LiveCache::release_places() {
     Entry& entry = at->second;
     const Row row = parts_.registry.find(at->first);
     std::error_code error;
-    // It may have been fetched ahead of its turn.
-    const bool waits = row && entry.place &&
-                       (row->state == State::queued ||
-                        (row->state == State::running && !fs::exists(parts_.layout.dataset(at->first) / row->raster, error)));
+    // It may have been fetched ahead of its turn, or as much of it as a first look took.
+    const auto has_come = [&] {
+      return fs::exists(parts_.layout.dataset(at->first) / row->raster, error) ||
+             fs::exists(parts_.layout.provisional(at->first), error);
+    };
+    const bool waits = row && entry.place && (row->state == State::queued || row->state == State::running) && !has_come();
     if (!waits && entry.place) over.push_back(std::move(entry.place)), entry.place = nullptr;
     at = row ? std::next(at) : entries_.erase(at);
   }

@@ -125,6 +125,10 @@ TEST(TypedByHand, AFormBecomesADataset) {
   EXPECT_EQ(dataset->raster, "source.tif");
   EXPECT_EQ(body_of(test.post(part("name=name", "other.hgt") + file("GOOD") + kEnd, {}, {{"content-type", kForm}}))["name"],
             "other.hgt");
+  const std::string blank = part("name=error", "") + part("name=crs", "") + part("name=private", "");
+  const Response made = test.post(blank + file("GOOD") + kEnd, {}, {{"content-type", kForm}, {"prefer", "wait=100"}});
+  ASSERT_EQ(made.status, 201) << "a page sends fields that were left blank: " << made.body;
+  EXPECT_EQ(body_of(made)["private"], false);
 }
 
 TEST(TypedByHand, SeveralFilesBecomeOneDatasetOfSeveralRasters) {
