@@ -276,7 +276,8 @@ void add_check(CommandLine& commands) {
       ->add_option(
           "--source", line->sources,
           "the raster it was built from: stated errors are measured against it; of several each, in their order, or their list")
-      ->type_name("RASTER");
+      ->type_name("RASTER")
+      ->allow_extra_args(false);  // what follows is the dataset
   add_value_flag(*check, "--json", line->show, Show::json, "the report as JSON");
 }
 
