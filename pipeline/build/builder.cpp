@@ -253,7 +253,7 @@ void Builder::encode(const LevelContext& context, std::vector<BuiltTile>& tiles,
 proto::Result<FinishedTask> Builder::block(const proto::TileAddress& node, const std::function<void(double)>& share,
                                            const FinestSink& sink) {
   auto task = tiles_of_block(node, share, sink);
-  if (!task.ok() || task->tiles.empty() || alone_) return task;
+  if (!task.ok() || !task->shows() || alone_) return task;
   auto water = water_.of(node);
   if (!water.ok()) return water.problem();
   task->water = std::move(*water);

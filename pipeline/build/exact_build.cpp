@@ -4,6 +4,7 @@
 #include <cmath>
 #include <future>
 #include <optional>
+#include <set>
 
 #include "gpu/measure/sample_frames.h"
 #include "gpu/measure/surface_memory.h"
@@ -29,7 +30,8 @@ constexpr double kTakenOff = 1.5, kMoreCareful = 0.998;  // of what it is above;
 /// Tiles of a level, encoded, and how far the worst is above its target.
 struct EncodedLevel {
   std::vector<EncodedTile> tiles;
-  std::vector<BuiltTile> whole;  ///< of levels that the merge above the block needs
+  std::vector<EncodedTile> lost;  ///< records of tiles with data and without triangles
+  std::vector<BuiltTile> whole;   ///< of levels that the merge above the block needs
   double above_m = 0;
 };
 
@@ -64,7 +66,10 @@ class BlockBuild {
       }
       FinishedTask task;
       task.node = node_;
-      for (EncodedLevel& level : levels) std::move(level.tiles.begin(), level.tiles.end(), std::back_inserter(task.tiles));
+      for (EncodedLevel& level : levels) {
+        for (auto* const tiles : {&level.tiles, &level.lost})
+          std::move(tiles->begin(), tiles->end(), std::back_inserter(task.tiles));
+      }
       if (keeps_squares_)
         task.mesh = {node_, to_bytes(kept_, code_unit(plan_))};
       else if (place_.merged_above)
@@ -155,10 +160,36 @@ class BlockBuild {
     if (handed_up) level.whole = std::move(tiles);
     for (const double a : above) level.above_m = std::max(level.above_m, a);
     level.tiles = without_gaps(made);
+    level.lost = lost(z, level.tiles);
     // A level above its target may be made again.
     const bool final = level.above_m == 0 || !plan_.promise();
     if (finest && final && team_.finest) team_.finest.take(level.tiles);
     return level;
+  }
+
+  /// Records of the tiles whose data is under no triangle: single samples among voids, and narrow ones.
+  std::vector<EncodedTile> lost(int z, const std::vector<EncodedTile>& shown) const {
+    std::set<proto::TileAddress> others;
+    for (const EncodedTile& tile : shown) others.insert(address_of(tile.record));
+    std::vector<EncodedTile> all;
+    for (const proto::TileAddress& tile : touched_tiles(plan_, z, node_)) {
+      const SampleCount count = others.contains(tile) ? SampleCount() : counts_.of(tile);
+      if (count.valid == 0) continue;
+      proto::TileRecord& record = all.emplace_back().record;
+      record.set_level(static_cast<std::uint32_t>(z));
+      record.set_x(static_cast<std::uint32_t>(tile.x));
+      record.set_y(static_cast<std::uint32_t>(tile.y));
+      record.set_valid_samples(count.valid);
+      record.set_flat_samples(count.flat);
+      record.set_filled_samples(count.filled);
+      record.set_uncovered(count.valid);
+    }
+    if (z < lattice_.finest_level) return all;
+    team_.workers.each(all.size(), [&](std::size_t k, unsigned worker) {  // each of which has a source of its own
+      proto::TileRecord& record = all[k].record;
+      record.mutable_pixels()->set_uncovered(static_cast<std::uint32_t>(team_.pixels(address_of(record), worker).size()));
+    });
+    return all;
   }
 
   /// The node's tile, with what the merge above it needs.

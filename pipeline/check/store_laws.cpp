@@ -16,7 +16,7 @@
 namespace cordillera::pipeline::check {
 namespace {
 
-constexpr std::array kTables = {"meta", "tiles", "blobs", "nodes", "water", "meshes", "tasks"};
+constexpr std::array kTables = {"meta", "tiles", "blobs", "nodes", "water", "lost", "meshes", "tasks"};
 
 class Tables {
  public:
@@ -29,9 +29,9 @@ class Tables {
       const std::string type(rows.blob(0)), name(rows.blob(1));
       const bool known = type == "table" && std::find(kTables.begin(), kTables.end(), name) != kTables.end();
       if (!known)
-        findings_.add(
-            type + " " + name,
-            "no store has it; expected: the tables meta, tiles, blobs and nodes, and water and meshes where they are needed");
+        findings_.add(type + " " + name,
+                      "no store has it; expected: the tables meta, tiles, blobs and nodes, and water, lost and meshes where they "
+                      "are needed");
     }
   }
 

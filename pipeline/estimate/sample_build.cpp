@@ -27,6 +27,7 @@ double cpu_seconds() {
 
 void add(const FinishedTask& task, int finest, std::vector<LevelSum>& levels) {
   for (const EncodedTile& tile : task.tiles) {
+    if (!tile.shows()) continue;
     LevelSum& sum = levels[static_cast<std::size_t>(finest) - tile.record.level()];
     ++sum.tiles;
     sum.triangles += tile.record.triangles();
@@ -102,7 +103,7 @@ proto::Result<void> Sampler::build_places(const proto::Plan& plan, std::size_t m
       add(task, static_cast<int>(plan.finest_level()), sampled.levels);
       sampled.samples += samples_of(plan, round[n]);
       ++sampled.places;
-      if (task.tiles.empty()) continue;
+      if (!task.shows()) continue;
       ++sampled.filled;
       found_.emplace_back(task.tiles.front().record.triangles(), round[n]);
     }

@@ -1,5 +1,6 @@
 #pragma once
 // One SQLite file a dataset: tiles by address, bytes by content hash (equal tiles are stored once), a block a transaction.
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -20,8 +21,11 @@ enum class Encoding : std::uint8_t { drc, glb };
 /// A finished tile on its way into the store.
 struct EncodedTile {
   proto::TileRecord record;
-  std::string drc;
+  std::string
+      drc;  ///< empty of a tile without triangles, of which the record alone is kept: it says how much data lies under none
   std::string glb;  ///< empty, unless a build of store format 1 made it: see tile_glb.h
+
+  bool shows() const { return !drc.empty(); }
 };
 
 /// "tile 5/17/23", as messages have it.
@@ -38,12 +42,17 @@ struct TileWater {
 
 /// What a block or a merge hands to the store in one transaction.
 struct FinishedTask {
-  proto::TileAddress node;                                         ///< the block or the merged parent
-  std::vector<EncodedTile> tiles;                                  ///< tiles with at least one triangle
+  proto::TileAddress node;         ///< the block or the merged parent
+  std::vector<EncodedTile> tiles;  ///< tiles with a triangle, and records of those that lost all their data
   std::optional<std::pair<proto::TileAddress, std::string>> mesh;  ///< serialised mesh for the parent's weld; none when all void
   std::vector<proto::TileAddress> consumed;                        ///< child meshes no longer needed
   bool mesh_is_kept = false;                                       ///< in a file, and mesh has its hash: see StoreWriter::keep
   std::vector<TileWater> water = {};                               ///< of a block's tiles on all its levels
+
+  /// Whether one of the tiles has a triangle.
+  bool shows() const {
+    return std::any_of(tiles.begin(), tiles.end(), [](const EncodedTile& tile) { return tile.shows(); });
+  }
 };
 
 /// What becomes of another build that is already where a new one is to go.

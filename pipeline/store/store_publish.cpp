@@ -39,6 +39,28 @@ struct SampleRange {
 /// What the published triangles of a level's tiles cover; none: nobody knows of one of them.
 using ShownArea = std::optional<double>;
 
+proto::TileRecord record_in(std::string_view bytes) {
+  proto::TileRecord tile;
+  if (!tile.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) throw StoreError("a tile record is damaged");
+  return tile;
+}
+
+void add_counts(const proto::TileRecord& tile, proto::LevelSummary& sum, PixelErrorSum& pixels) {
+  if (tile.has_pixels()) pixels.add(tile.pixels());
+  sum.set_uncovered_samples(sum.uncovered_samples() + tile.uncovered());
+  sum.set_valid_samples(sum.valid_samples() + tile.valid_samples());
+  sum.set_flat_samples(sum.flat_samples() + tile.flat_samples());
+  sum.set_filled_samples(sum.filled_samples() + tile.filled_samples());
+}
+
+/// Data of tiles without a triangle counts, too.
+void add_lost(Database& database, proto::LevelSummary& sum, PixelErrorSum& pixels, std::uint32_t level) {
+  if (!Statement(database, "SELECT 1 FROM sqlite_master WHERE name = 'lost'").step()) return;
+  Statement rows(database, "SELECT record FROM lost WHERE level = ? ORDER BY y, x");
+  rows.bind(level);
+  while (rows.step()) add_counts(record_in(rows.blob(0)), sum, pixels);
+}
+
 // Records come ordered by place, so that sums of doubles are the same in every build.
 proto::LevelSummary level_summary(Database& database, const proto::LevelPlan& plan, SampleRange& range, PixelErrorSum& pixels,
                                   ShownArea& shown) {
@@ -48,30 +70,25 @@ proto::LevelSummary level_summary(Database& database, const proto::LevelPlan& pl
   Statement rows(database, "SELECT record FROM tiles WHERE level = ? ORDER BY y, x");
   rows.bind(plan.level());
   while (rows.step()) {
-    proto::TileRecord tile;
-    const std::string_view bytes = rows.blob(0);
-    if (!tile.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) throw StoreError("a tile record is damaged");
+    const proto::TileRecord tile = record_in(rows.blob(0));
     const bool first = sum.tiles() == 0;
     sum.set_min_height(first ? tile.min_height() : std::min(sum.min_height(), tile.min_height()));
     sum.set_max_height(first ? tile.max_height() : std::max(sum.max_height(), tile.max_height()));
     range.add(tile);
-    if (tile.has_pixels()) pixels.add(tile.pixels());
+    add_counts(tile, sum, pixels);
     sum.set_tiles(sum.tiles() + 1);
     sum.set_triangles(sum.triangles() + tile.triangles());
     sum.set_vertices(sum.vertices() + tile.vertices());
     sum.set_stated_max_error(std::max(sum.stated_max_error(), tile.max_error()));
-    sum.set_uncovered_samples(sum.uncovered_samples() + tile.uncovered());
     sum.set_overcovered_samples(sum.overcovered_samples() + tile.overcovered());
     sum.set_composed(sum.composed() || tile.composed());
-    sum.set_valid_samples(sum.valid_samples() + tile.valid_samples());
-    sum.set_flat_samples(sum.flat_samples() + tile.flat_samples());
-    sum.set_filled_samples(sum.filled_samples() + tile.filled_samples());
     sum.set_border_vertices(sum.border_vertices() + tile.border_vertices());
     sum.set_put_back(sum.put_back() + tile.put_back());
     shown = shown && tile.has_shown() ? ShownArea(*shown + tile.shown()) : std::nullopt;
     squares += tile.sum_squared_error();
     samples += tile.samples();
   }
+  add_lost(database, sum, pixels, plan.level());
   const std::string level = std::to_string(plan.level());
   sum.set_level(plan.level());
   sum.set_tolerance(plan.target());

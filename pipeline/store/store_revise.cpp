@@ -56,6 +56,7 @@ class Remover {
               "UNION SELECT glb FROM tiles WHERE level = ?1 AND y = ?2 AND x BETWEEN ?3 AND ?4"),
         tiles_(database, "DELETE FROM tiles WHERE level = ? AND y = ? AND x BETWEEN ? AND ?"),
         water_(database, "DELETE FROM water WHERE level = ? AND y = ? AND x BETWEEN ? AND ?"),
+        lost_(database, "DELETE FROM lost WHERE level = ? AND y = ? AND x BETWEEN ? AND ?"),
         mesh_(database, "DELETE FROM meshes WHERE level = ? AND y = ? AND x = ?"),
         note_above_(
             database,
@@ -76,6 +77,7 @@ class Remover {
         note_.bind(z, y, x0, x0 + last).run();
         tiles_.bind(z, y, x0, x0 + last).run();
         water_.bind(z, y, x0, x0 + last).run();
+        lost_.bind(z, y, x0, x0 + last).run();
       }
     }
     mesh_.bind(node.z, node.y, node.x).run();
@@ -83,7 +85,7 @@ class Remover {
 
  private:
   const Revision& revision_;
-  Statement note_, tiles_, water_, mesh_, note_above_, tiles_above_;
+  Statement note_, tiles_, water_, lost_, mesh_, note_above_, tiles_above_;
 };
 
 void revise(Database& database, const proto::Plan& plan, const Revision& revision) {
@@ -91,6 +93,7 @@ void revise(Database& database, const proto::Plan& plan, const Revision& revisio
   Transaction transaction(database);
   database.execute("DROP TABLE nodes; DELETE FROM meta WHERE key = 'manifest'");
   database.execute(kCreateWater);
+  database.execute(kCreateLost);
   // Those above the blocks are made anew of all blocks.
   Statement(database, "DELETE FROM water WHERE level < ?").bind(revision.block_level).run();
   database.execute("CREATE TABLE tasks(level INT, y INT, x INT, PRIMARY KEY(level, y, x)) WITHOUT ROWID");

@@ -9,6 +9,8 @@
 // - tasks: committed blocks and merges. Only while the file is written; kept, whole, in a store that will be built on.
 // - meshes: those that wait for their parent's weld, as hashes of files (mesh_files.h). Kept as tasks are.
 // - water: water masks by tile, only of datasets that have any.
+// - lost: a record of each tile that has data and no triangle, for what is counted of a level. Stores of earlier versions have no
+// such table.
 // - nodes: a row a tile that has triangles itself or below it, with the region and the error of it all. Made when published.
 //
 // Rows are addressed by content or by place, so what they hold does not depend on the order of commits.
@@ -34,6 +36,9 @@ CREATE TABLE meshes(id INTEGER PRIMARY KEY, level INT, y INT, x INT, bytes BLOB 
 inline constexpr const char* kCreateWater =
     "CREATE TABLE IF NOT EXISTS water(level INT, y INT, x INT, mask BLOB NOT NULL, sum INT, PRIMARY KEY(level, y, x)) WITHOUT "
     "ROWID";
+
+inline constexpr const char* kCreateLost =
+    "CREATE TABLE IF NOT EXISTS lost(level INT, y INT, x INT, record BLOB NOT NULL, PRIMARY KEY(level, y, x)) WITHOUT ROWID";
 
 inline constexpr const char* kPutMeta =
     "INSERT OR REPLACE INTO meta(key, value, sum) VALUES(CAST(?1 AS TEXT), ?2, row_sum(CAST(?1 AS TEXT), ?2))";

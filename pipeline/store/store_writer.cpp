@@ -47,8 +47,9 @@ struct WorkStatements {
         has_task(d, "SELECT 1 FROM tasks WHERE level = ? AND y = ? AND x = ?"),
         put_mesh(d, "INSERT OR REPLACE INTO meshes(level, y, x, bytes) VALUES(?, ?, ?, ?)"),
         get_mesh(d, "SELECT bytes FROM meshes WHERE level = ? AND y = ? AND x = ?"),
-        drop_mesh(d, "DELETE FROM meshes WHERE level = ? AND y = ? AND x = ?") {}
-  Statement put_tile, put_blob, put_task, has_task, put_mesh, get_mesh, drop_mesh;
+        drop_mesh(d, "DELETE FROM meshes WHERE level = ? AND y = ? AND x = ?"),
+        put_lost(d, "INSERT OR REPLACE INTO lost(level, y, x, record) VALUES(?, ?, ?, ?)") {}
+  Statement put_tile, put_blob, put_task, has_task, put_mesh, get_mesh, drop_mesh, put_lost;
 };
 
 class SqliteWriter final : public StoreWriter {
@@ -86,6 +87,7 @@ class SqliteWriter final : public StoreWriter {
     keeps_meshes_ = has_note(kTasksNote);
     has_water_ = has_water(plan_.options());
     if (has_water_) database_->execute(kCreateWater);
+    database_->execute(kCreateLost);
     work_ = std::make_unique<WorkStatements>(*database_);
     return Found::ours;
   }
@@ -310,6 +312,10 @@ class SqliteWriter final : public StoreWriter {
 
   void put(const EncodedTile& tile) {
     proto::TileRecord record = tile.record;
+    if (!tile.shows()) {
+      work_->put_lost.bind(record.level(), record.y(), record.x(), record.SerializeAsString()).run();
+      return;
+    }
     record.set_drc_bytes(static_cast<std::uint32_t>(tile.drc.size()));
     record.set_glb_bytes(static_cast<std::uint32_t>(tile.glb.size()));
     if (record.region_size() != 6) throw StoreError("a tile without a region of six numbers");

@@ -301,7 +301,8 @@ std::optional<Problem> LiveFolder::change(const std::string& path, const Print& 
   if (auto refused = refusal(updates::sources(service_, request, dataset, parse_route(request.path)))) return refused;
   known_[path].print = print;
   known_[path].source = source;
-  log_info("live folder: " + path + " has changed, a new version of dataset " + dataset.id);
+  log_info("live folder: " + path + " has changed, a new version of dataset " + dataset.id +
+           ", with the levels and options of the first one");
   return std::nullopt;
 }
 

@@ -129,8 +129,9 @@ shut INT
 view dem.3tz dem.pmtiles
 is "$(grep -c '^http' seen)" 2 'a line for the viewer and one for the map'
 shut INT
-"$program" info dem.pmtiles >said 2>&1 && fail 'info takes an archive for a raster'
-grep -q 'cordillera view dem.pmtiles' said || fail "info of an archive: $(cat said)"
+"$program" info dem.pmtiles >said 2>&1 || fail "info of a .pmtiles: $(cat said)"
+"$program" info dem.3tz >said 2>&1 && fail 'info takes a .3tz for a raster'
+grep -q 'cordillera view dem.3tz' said || fail "info of a .3tz: $(cat said)"
 "$program" export dem.sqlite -o meshes.pmtiles --format drc -q
 code=0
 "$program" view --no-browser meshes.pmtiles >said 2>&1 || code=$?

@@ -47,6 +47,22 @@ void expect_coverage(const Built& built, double most = 0) {
   }
 }
 
+/// Single samples west of a tile's side that has ground beyond it: no triangle of their tiles says that they are there.
+TEST(hole, data_of_tiles_without_a_triangle_counts_as_uncovered) {
+  constexpr int kColumns = 200, kRows = 160, kGround = 5;
+  const Corner corner{9, 300 * 256 - kGround, 150 * 256 + 40};
+  int valid = 0;
+  const auto islands = [](int c, int r) { return c < kGround || (c % 8 == 0 && r % 4 == 0) ? 100.0 : kNoData; };
+  for (int r = 0; r < kRows; ++r)
+    for (int c = 0; c < kColumns; ++c) valid += islands(c, r) != kNoData ? 1 : 0;
+  const Built built = build_dem(points_of(corner, kColumns, kRows, islands), exact(2));
+  const proto::LevelSummary& finest = built.manifest.levels(0);
+  EXPECT_EQ(finest.valid_samples(), valid);
+  EXPECT_GE(finest.uncovered_samples(), valid - kGround * kRows);
+  const proto::ErrorAtPixels& pixels = built.manifest.source().error_at_pixels();
+  EXPECT_EQ(pixels.pixels() + pixels.uncovered(), valid);
+}
+
 TEST(hole, is_empty_and_its_rim_stays) {
   const HeightOf ground = rough(3);
   const auto height = [&](int c, int r) { return c >= 80 && c < 140 && r >= 60 && r < 100 ? kNoData : ground(c, r); };
