@@ -69,8 +69,9 @@ inline std::optional<EncodedTile> synthetic_tile(const proto::Lattice& lattice, 
   out.record.set_max_error(input.geometric_error_m);
   out.record.set_sum_squared_error(100);
   out.record.set_samples(400);
-  const std::int32_t lowest = mesh.height.empty() ? 0 : *std::min_element(mesh.height.begin(), mesh.height.end());
-  out.record.set_min_height(std::min(100.0, lowest * proto::kHeightStep_m));
+  // A coarse level may go deeper than the data, by its error.
+  const double lowest_m = *std::min_element(mesh.height.begin(), mesh.height.end()) * proto::kHeightStep_m;
+  out.record.set_min_height(lowest_m < 0 ? lowest_m - 30 * input.geometric_error_m : 100);
   out.record.set_max_height(1600);
   for (const double number : tile_region(input)) out.record.add_region(number);
   return out;
