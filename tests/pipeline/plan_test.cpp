@@ -87,6 +87,23 @@ TEST(LevelRange, OfPixelsInDegreesIsTheSameUpToAPole) {
   }
 }
 
+TEST(LevelRange, OfCoarsePixelsHasRoomForExact) {
+  constexpr double kDegree_m = 111195;
+  proto::Source source;
+  source.set_columns(40), source.set_rows(30);
+  source.set_pixel_height_m(kDegree_m), source.set_pixel_width_m(kDegree_m);
+  for (const double side : {0.0, -15.0, 40.0, 15.0}) source.add_bbox(side);
+  const auto finest = [&](const auto& set) {
+    proto::BuildOptions options;
+    set(options);
+    return level_range(source, options)->first;
+  };
+  EXPECT_EQ(finest([](proto::BuildOptions&) {}), 2) << "a cell of level 0 is 78 km wide";
+  EXPECT_LT(finest([](proto::BuildOptions& options) { options.set_strategy("waves"); }), 2);
+  EXPECT_LT(finest([](proto::BuildOptions& options) { options.add_keep(0.5); }), 2);
+  EXPECT_EQ(finest([](proto::BuildOptions& options) { options.set_max_level(0); }), 0) << "who says a level has it";
+}
+
 /// Where the finest level is one of the first two, no coarsest level leaves room below it.
 TEST(Exact, WithoutTwoCoarserLevelsIsToldWhatGivesThem) {
   const auto accepted = [](int finest_level, std::uint32_t min_level) {
