@@ -86,9 +86,9 @@ std::string own_path() {
 }
 
 /// What a file of a whole dataset does not take.
-std::optional<proto::Problem> check_words_of_file(const std::string& output, const std::string& formats, const LookWords& words) {
+std::optional<proto::Problem> check_words_of_file(const std::string& output, const std::string& formats, const LookWords& look) {
   if (!output.ends_with(".sqlite")) return std::nullopt;
-  if (const auto shown = check_look_of_store(words); !shown) return shown.problem();
+  if (const auto shown = check_look_of_store(look); !shown) return shown.problem();
   if (!formats.empty())
     return proto::Problem{"usage", "--formats is for a folder or an archive: a file of a dataset gives any",
                           "-o FOLDER or -o FILE.pmtiles", "--formats"};

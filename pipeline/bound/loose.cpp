@@ -49,7 +49,7 @@ double area_of(const Common& ground) {
 class Gaps {
  public:
   /// asked: holds the triangles that it will be asked of.
-  Gaps(const TileMesh& mesh, const std::optional<PlanBox>& asked) : mesh_(mesh), index_(mesh, is_unpublished, asked) {}
+  Gaps(const TileMesh& mesh, const PlanBox& asked) : mesh_(mesh), index_(mesh, is_unpublished, asked) {}
 
   /// Of a triangle, in units squared. meets: whether there is any, however small.
   double area(const std::array<PlanPoint, 3>& triangle, bool& meets) {
@@ -197,14 +197,8 @@ LeftOut left_out(const TileMesh& mesh, const TileMesh& finer, double finer_error
   std::vector<std::uint32_t> near;
   for (const gpu::MeshPoint& p : of_finer.samples)
     if (!covers(mesh, published, p, near)) left.loose.samples.push_back(p);
-  std::optional<PlanBox> asked = box_around(finer, proto::is_published);
-  if (const auto patches =
-          box_around(of_finer.patches, [](const TileMesh&, const std::array<std::uint32_t, 3>&) { return true; })) {
-    if (asked)
-      asked->add(*patches);
-    else
-      asked = patches;
-  }
+  PlanBox asked = box_around(finer, proto::is_published);
+  asked.add(box_around(of_finer.patches, [](const TileMesh&, const std::array<std::uint32_t, 3>&) { return true; }));
   Gaps now(mesh, asked), before(finer, asked);
   Patches patches(left.loose);
   bool meets = false;

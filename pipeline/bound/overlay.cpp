@@ -56,34 +56,26 @@ void PlanBox::add(const PlanBox& o) {
   east = std::max(east, o.east), north = std::max(north, o.north);
 }
 
-std::optional<PlanBox> box_around(const proto::TileMesh& mesh, TriangleIndex::Wanted wanted) {
-  std::optional<PlanBox> all;
-  for (const auto& t : mesh.triangles) {
-    if (!wanted(mesh, t)) continue;
-    const PlanBox box = box_of(plan_of(mesh, t));
-    if (all)
-      all->add(box);
-    else
-      all = box;
-  }
+PlanBox box_around(const proto::TileMesh& mesh, TriangleIndex::Wanted wanted) {
+  PlanBox all;
+  for (const auto& t : mesh.triangles)
+    if (wanted(mesh, t)) all.add(box_of(plan_of(mesh, t)));
   return all;
 }
 
-TriangleIndex::TriangleIndex(const proto::TileMesh& mesh, Wanted wanted, const std::optional<PlanBox>& asked) {
+TriangleIndex::TriangleIndex(const proto::TileMesh& mesh, Wanted wanted, const PlanBox& asked) {
   PlanBox extent;
   std::vector<std::uint32_t> kept;
   box_.resize(mesh.triangles.size());
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     if (!wanted(mesh, mesh.triangles[t])) continue;
-    PlanBox box = box_[t] = box_of(plan_of(mesh, mesh.triangles[t]));
-    if (asked && !box.meets(*asked)) continue;
-    if (asked)
-      box = {std::max(box.west, asked->west), std::max(box.south, asked->south), std::min(box.east, asked->east),
-             std::min(box.north, asked->north)};
-    if (kept.empty()) extent = box;
-    extent.add(box);
+    const PlanBox box = box_[t] = box_of(plan_of(mesh, mesh.triangles[t]));
+    if (!box.meets(asked)) continue;
+    extent.add({std::max(box.west, asked.west), std::max(box.south, asked.south), std::min(box.east, asked.east),
+                std::min(box.north, asked.north)});
     kept.push_back(t);
   }
+  if (kept.empty()) extent = {0, 0, 0, 0};
   west_ = extent.west, south_ = extent.south;
   across_ = std::max(1, static_cast<std::int32_t>(std::sqrt(static_cast<double>(kept.size()) / 2)));
   cells_per_unit_ = across_ / std::max({extent.east - west_, extent.north - south_, 1.0});

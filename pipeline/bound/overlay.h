@@ -1,8 +1,8 @@
 #pragma once
 // Pairs of triangles of two meshes that share ground, and the ground they share.
 #include <array>
+#include <cmath>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "proto/mesh.h"
@@ -29,8 +29,9 @@ Common common_part(const std::array<PlanPoint, 3>& a, const std::array<PlanPoint
 
 std::array<PlanPoint, 3> plan_of(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& triangle);
 
+/// Empty at first.
 struct PlanBox {
-  double west = 0, south = 0, east = 0, north = 0;
+  double west = INFINITY, south = INFINITY, east = -INFINITY, north = -INFINITY;
   bool meets(const PlanBox& o) const { return west <= o.east && o.west <= east && south <= o.north && o.south <= north; }
   /// Grows to hold another one.
   void add(const PlanBox& o);
@@ -41,8 +42,8 @@ struct PlanBox {
 class TriangleIndex {
  public:
   using Wanted = bool (*)(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& triangle);
-  /// asked: holds all triangles that will be asked for; nullopt: any will.
-  TriangleIndex(const proto::TileMesh& mesh, Wanted wanted, const std::optional<PlanBox>& asked = std::nullopt);
+  /// asked: holds all triangles that will be asked for.
+  TriangleIndex(const proto::TileMesh& mesh, Wanted wanted, const PlanBox& asked = {-INFINITY, -INFINITY, INFINITY, INFINITY});
   /// All that touch it, and some that do not; ascending, each once; replaces what found held.
   void meeting(const std::array<PlanPoint, 3>& triangle, std::vector<std::uint32_t>& found) const;
 
@@ -60,7 +61,7 @@ class TriangleIndex {
   std::vector<PlanBox> box_;             // indexed by triangle
 };
 
-/// Of the triangles for which wanted is true; nullopt: there is none.
-std::optional<PlanBox> box_around(const proto::TileMesh& mesh, TriangleIndex::Wanted wanted);
+/// Of the triangles for which wanted is true.
+PlanBox box_around(const proto::TileMesh& mesh, TriangleIndex::Wanted wanted);
 
 }  // namespace cordillera::pipeline

@@ -174,15 +174,7 @@ class BlockBuild {
     std::vector<EncodedTile> all;
     for (const proto::TileAddress& tile : touched_tiles(plan_, z, node_)) {
       const SampleCount count = others.contains(tile) ? SampleCount() : counts_.of(tile);
-      if (count.valid == 0) continue;
-      proto::TileRecord& record = all.emplace_back().record;
-      record.set_level(static_cast<std::uint32_t>(z));
-      record.set_x(static_cast<std::uint32_t>(tile.x));
-      record.set_y(static_cast<std::uint32_t>(tile.y));
-      record.set_valid_samples(count.valid);
-      record.set_flat_samples(count.flat);
-      record.set_filled_samples(count.filled);
-      record.set_uncovered(count.valid);
+      if (count.valid > 0) all.push_back(lost_tile(tile, count));
     }
     if (z < lattice_.finest_level) return all;
     team_.workers.each(all.size(), [&](std::size_t k, unsigned worker) {  // each of which has a source of its own

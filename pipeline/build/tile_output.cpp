@@ -85,11 +85,16 @@ void count_mesh(const BuiltTile& built, const PublishedMesh& published, proto::T
   record.set_shown(shown_area(mesh, published));
 }
 
-proto::TileRecord record_of(const BuiltTile& built) {
+proto::TileRecord record_at(const proto::TileAddress& tile) {
   proto::TileRecord record;
-  record.set_level(static_cast<std::uint32_t>(built.tile.z));
-  record.set_x(static_cast<std::uint32_t>(built.tile.x));
-  record.set_y(static_cast<std::uint32_t>(built.tile.y));
+  record.set_level(static_cast<std::uint32_t>(tile.z));
+  record.set_x(static_cast<std::uint32_t>(tile.x));
+  record.set_y(static_cast<std::uint32_t>(tile.y));
+  return record;
+}
+
+proto::TileRecord record_of(const BuiltTile& built) {
+  proto::TileRecord record = record_at(built.tile);
   record.set_max_error(built.max_error_m);
   record.set_sum_squared_error(built.measured.sum_squared_m2);
   record.set_samples(built.measured.samples);
@@ -157,6 +162,13 @@ std::optional<EncodedTile> encode_tile(const LevelContext& context, const BuiltT
   for (const double bound : tile_region(input, published)) record.add_region(bound);
   if (context.counts) set_counts(context.counts->of(built.tile), record);
   return encoded;
+}
+
+EncodedTile lost_tile(const proto::TileAddress& tile, const SampleCount& count) {
+  EncodedTile lost{record_at(tile), {}, {}};
+  set_counts(count, lost.record);
+  lost.record.set_uncovered(count.valid);
+  return lost;
 }
 
 std::vector<EncodedTile> without_gaps(std::vector<std::optional<EncodedTile>>& tiles) {

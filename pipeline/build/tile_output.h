@@ -36,6 +36,9 @@ class SampleCounts {
   std::vector<SampleCount> squares_;          ///< of these, by rows from the south-west
 };
 
+/// The record of a tile whose data is under no triangle.
+EncodedTile lost_tile(const proto::TileAddress& tile, const SampleCount& count);
+
 /// nullopt: the tile publishes no triangle. options: of the plan; what its tiles are to carry.
 std::optional<EncodedTile> encode_tile(const LevelContext& context, const BuiltTile& built, const proto::BuildOptions& options);
 

@@ -21,8 +21,8 @@ enum class Encoding : std::uint8_t { drc, glb };
 /// A finished tile on its way into the store.
 struct EncodedTile {
   proto::TileRecord record;
-  std::string
-      drc;  ///< empty of a tile without triangles, of which the record alone is kept: it says how much data lies under none
+  /// Empty of a tile without triangles: its record alone is kept, which says how much data is under none.
+  std::string drc;
   std::string glb;  ///< empty, unless a build of store format 1 made it: see tile_glb.h
 
   bool shows() const { return !drc.empty(); }

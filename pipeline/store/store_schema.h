@@ -9,8 +9,8 @@
 // - tasks: committed blocks and merges. Only while the file is written; kept, whole, in a store that will be built on.
 // - meshes: those that wait for their parent's weld, as hashes of files (mesh_files.h). Kept as tasks are.
 // - water: water masks by tile, only of datasets that have any.
-// - lost: a record of each tile that has data and no triangle, for what is counted of a level. Stores of earlier versions have no
-// such table.
+// - lost: a record of each tile that has data and no triangle, for what is counted of a level. Not in stores of earlier
+//   versions.
 // - nodes: a row a tile that has triangles itself or below it, with the region and the error of it all. Made when published.
 //
 // Rows are addressed by content or by place, so what they hold does not depend on the order of commits.
@@ -39,6 +39,12 @@ inline constexpr const char* kCreateWater =
 
 inline constexpr const char* kCreateLost =
     "CREATE TABLE IF NOT EXISTS lost(level INT, y INT, x INT, record BLOB NOT NULL, PRIMARY KEY(level, y, x)) WITHOUT ROWID";
+
+inline constexpr const char* kPutLost = "INSERT OR REPLACE INTO lost(level, y, x, record) VALUES(?, ?, ?, ?)";
+
+inline constexpr const char* kPutTile =
+    "INSERT OR REPLACE INTO tiles(level, y, x, record, drc, glb, error, west, south, east, north, low, high, sum) "
+    "VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, row_sum(?1, ?2, ?3, ?4, ?5, ?6))";
 
 inline constexpr const char* kPutMeta =
     "INSERT OR REPLACE INTO meta(key, value, sum) VALUES(CAST(?1 AS TEXT), ?2, row_sum(CAST(?1 AS TEXT), ?2))";

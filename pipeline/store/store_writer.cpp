@@ -34,10 +34,6 @@ std::uint64_t bytes_of(const FinishedTask& task) {
   return bytes + bytes_of(task.water);
 }
 
-constexpr const char* kPutTile =
-    "INSERT OR REPLACE INTO tiles(level, y, x, record, drc, glb, error, west, south, east, north, low, high, sum) "
-    "VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, row_sum(?1, ?2, ?3, ?4, ?5, ?6))";
-
 // Everything that is asked for while tiles are made. Gone once the tables are.
 struct WorkStatements {
   explicit WorkStatements(Database& d)
@@ -48,7 +44,7 @@ struct WorkStatements {
         put_mesh(d, "INSERT OR REPLACE INTO meshes(level, y, x, bytes) VALUES(?, ?, ?, ?)"),
         get_mesh(d, "SELECT bytes FROM meshes WHERE level = ? AND y = ? AND x = ?"),
         drop_mesh(d, "DELETE FROM meshes WHERE level = ? AND y = ? AND x = ?"),
-        put_lost(d, "INSERT OR REPLACE INTO lost(level, y, x, record) VALUES(?, ?, ?, ?)") {}
+        put_lost(d, kPutLost) {}
   Statement put_tile, put_blob, put_task, has_task, put_mesh, get_mesh, drop_mesh, put_lost;
 };
 

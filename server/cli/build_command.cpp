@@ -58,7 +58,7 @@ proto::Result<proto::Manifest> build_store(const pipeline::BuildRequest& request
   on_out_of_memory(STDERR_FILENO,
                    "\ncordillera: " + out_of_memory(request.options, request.raster_name).line() + "; what was built is kept\n");
   stop_on({SIGINT, SIGTERM, SIGHUP}, SecondTime::ends);
-  ProgressBar bar(words == Verbosity::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none);
+  ProgressBar bar(ProgressBar::style_of(words == Verbosity::all));
   const auto show = [&](const proto::Progress& progress) {
     times.enter(progress.stage());
     bar.show(progress);
@@ -80,9 +80,8 @@ proto::Result<void> export_to(const std::string& store, const BuildLine& line, c
   if (!reader) return reader.problem();
   const pipeline::faces::Terrain terrain(std::move(reader).value(), look, &g_asked_to_stop);
   if (auto shown = pipeline::faces::check_photo(terrain); !shown) return shown;
-  ProgressBar bar(line.words == Verbosity::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none, kBarPatience);
-  return pipeline::export_static(terrain, line.formats, folder.string(), line.other,
-                                 {threads, [&](const proto::Progress& progress) { bar.show(progress); }});
+  ProgressBar bar(ProgressBar::style_of(line.words == Verbosity::all), kBarPatience);
+  return pipeline::export_static(terrain, line.formats, folder.string(), line.other, {threads, bar.callback()});
 }
 
 int done(const proto::Manifest& manifest, const std::string& place, Verbosity words, StageTimes& times) {

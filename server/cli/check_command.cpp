@@ -91,8 +91,8 @@ proto::Result<Report> check_one(const fs::path& path, const OpenRasters& rasters
   if (fs::exists(path / pipeline::work::kPlanFile, error) && !fs::exists(path / "manifest.json", error))
     return proto::Problem{"store-unknown", path.string() + " is a plan, whose results `cordillera publish` checks",
                           "what publish wrote: a .sqlite file or a folder of tiles", "path"};
-  ProgressBar bar(show == Show::table ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none, kBarPatience);
-  const auto told = [&](const proto::Progress& progress) { bar.show(progress); };
+  ProgressBar bar(ProgressBar::style_of(show == Show::table), kBarPatience);
+  const auto told = bar.callback();
   if (!fs::is_directory(path, error)) return pipeline::check::check_store(path.string(), rasters, told);
   if (fs::exists(path / kStoreFile, error)) return pipeline::check::check_store((path / kStoreFile).string(), rasters, told);
   return pipeline::check::check_folder(path.string(), rasters, told);

@@ -120,7 +120,7 @@ proto::Result<std::string> export_mesh(MeshKind kind, const ExportLine& line, co
   if (!mesh) return mesh.problem();
   proto::Progress writing;
   writing.set_stage("write");
-  progress(writing);
+  if (progress) progress(writing);
   const auto written = write_export(line.output, line.other, [&](const fs::path& sibling) {
     std::ofstream out = opened(sibling);
     write_mesh(out, *mesh, kind, terrain.manifest());
@@ -146,8 +146,8 @@ proto::Result<std::string> export_of(const ExportLine& line) {
   const Terrain terrain(std::move(*store), *look, &g_asked_to_stop);
   if (const auto shown = pipeline::faces::check_photo(terrain); !shown) return shown.problem();
   const ArchiveKind* const archive = archive_of(line.output);
-  ProgressBar bar(line.words == Verbosity::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none, kBarPatience);
-  const auto show = [&](const proto::Progress& progress) { bar.show(progress); };
+  ProgressBar bar(ProgressBar::style_of(line.words == Verbosity::all), kBarPatience);
+  const auto show = bar.callback();
   try {
     return archive != nullptr ? export_archive(*archive, line, terrain, show)
                               : export_mesh(*mesh_kind(ending_of(line.output)), line, terrain, show);

@@ -13,7 +13,8 @@ class ProgressBar {
  public:
   enum class Style { bar, lines, none };
   using Clock = std::chrono::steady_clock;
-  static Style where_stderr_goes();
+  /// words: whether anything is to be shown.
+  static Style style_of(bool words) { return words ? where_stderr_goes() : Style::none; }
   /// patience: of what is over by then, counted from here, nothing is shown. now: another clock than the wall's, for tests.
   explicit ProgressBar(Style style, Clock::duration patience = {}, std::function<Clock::time_point()> now = Clock::now)
       : style_(style), now_(std::move(now)), first_(now_() + patience) {}
@@ -21,10 +22,17 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
   void show(const proto::Progress& progress);
+  /// Shows what it is called with, as long as the bar lives; empty where nothing is shown, so that nobody counts for it.
+  std::function<void(const proto::Progress&)> callback() {
+    if (style_ == Style::none) return {};
+    return [this](const proto::Progress& progress) { show(progress); };
+  }
   /// Ends the bar's line.
   void finish();
 
  private:
+  static Style where_stderr_goes();
+
   Style style_;
   std::function<Clock::time_point()> now_;
   Clock::time_point first_;  ///< moment at which something may be shown

@@ -95,9 +95,8 @@ proto::Result<void> export_from(const std::string& store, const PublishLine& lin
     if (!reader) return reader.problem();
     const pipeline::faces::Terrain terrain(std::move(reader).value(), look, &g_asked_to_stop);
     if (auto shown = pipeline::faces::check_photo(terrain); !shown) return shown;
-    ProgressBar bar(line.words == Verbosity::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none, kBarPatience);
-    return pipeline::export_static(terrain, line.formats, place.string(), line.other,
-                                   {0, [&](const proto::Progress& progress) { bar.show(progress); }});
+    ProgressBar bar(ProgressBar::style_of(line.words == Verbosity::all), kBarPatience);
+    return pipeline::export_static(terrain, line.formats, place.string(), line.other, {0, bar.callback()});
   }();
   std::error_code error;
   fs::remove(store, error);

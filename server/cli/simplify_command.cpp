@@ -143,7 +143,7 @@ int run(const SimplifyLine& line, const SimplifyRequest& request) {
   const gpu::fit::HeightMesh input = height_mesh(std::move(read));
   const std::clock_t before = std::clock();
   report.strategy = request.strategy;
-  const auto style = line.show == Show::json ? ProgressBar::Style::none : ProgressBar::where_stderr_goes();
+  const auto style = ProgressBar::style_of(line.show != Show::json);
   const auto simplified = [&](const gpu::fit::HeightMesh& mesh) {
     return request.cleap ? published(mesh, *request.cleap, style, report)
                          : gpu::fit::simplify(mesh, request.target, request.options);

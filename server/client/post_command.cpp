@@ -65,7 +65,7 @@ class Post {
     return answer;
   }
   proto::Result<Json> wait(const std::string& id) {
-    ProgressBar bar(line_.words == Verbosity::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none);
+    ProgressBar bar(ProgressBar::style_of(line_.words == Verbosity::all));
     return follow(talk_, id, bar);
   }
   const std::string& address() const { return talk_.address(); }

@@ -27,8 +27,7 @@ enum class Way { whole, parts };
 
 class Sender {
  public:
-  Sender(Talk& talk, Verbosity words)
-      : talk_(talk), bar_(words == Verbosity::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none) {}
+  Sender(Talk& talk, Verbosity words) : talk_(talk), bar_(ProgressBar::style_of(words == Verbosity::all)) {}
 
   /// What the service answers, an answer of 200, 201 or 202; else a problem.
   proto::Result<Json> send(LocalFile& file, const PostTarget& target, Way way);

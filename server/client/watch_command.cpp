@@ -14,7 +14,7 @@ int watch_command(const WatchLine& line) {
   const auto place = find_service(line.place);
   if (!place) return tell(place.problem(), line.show);
   Talk talk(*place, line.words);
-  ProgressBar bar(line.words == Verbosity::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none);
+  ProgressBar bar(ProgressBar::style_of(line.words == Verbosity::all));
   const auto ready = follow(talk, line.id, bar);
   if (!ready) return tell(ready.problem(), line.show);
   if (line.show == Show::json) {

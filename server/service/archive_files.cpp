@@ -261,12 +261,11 @@ void ArchiveFiles::close_idle() {
     if (!idle[k]->file->damaged()) idle[k]->file = nullptr;  // else it is made anew
 }
 
-/// The one that was asked for longest ago, of those that are made or have failed; end where there is none.
-std::map<std::string, ArchiveFiles::Kept>::iterator ArchiveFiles::oldest(const std::string& but) {
+/// Of those that may go the one that was asked for longest ago; end where there is none.
+std::map<std::string, ArchiveFiles::Kept>::iterator ArchiveFiles::oldest(const MayGo& may_go) {
   auto found = entries_.end();
   for (auto at = entries_.begin(); at != entries_.end(); ++at) {
-    const bool may_go = at->first != but && (at->second->sums || at->second->problem);
-    if (may_go && (found == entries_.end() || at->second->used < found->second->used)) found = at;
+    if (may_go(at->first, *at->second) && (found == entries_.end() || at->second->used < found->second->used)) found = at;
   }
   return found;
 }
@@ -283,7 +282,8 @@ void ArchiveFiles::make_room(const std::string& but) {
   std::uint64_t all = 0;
   for (const auto& [name, entry] : entries_) all += entry->sums ? entry->sums->size : 0;
   while (all > kMostBytes || entries_.size() > kMostKept) {
-    const auto one = oldest(but);
+    const auto one =
+        oldest([&](const std::string& name, const Entry& entry) { return name != but && (entry.sums || entry.problem); });
     if (one == entries_.end()) return;
     all -= remove(one);
   }
@@ -292,7 +292,10 @@ void ArchiveFiles::make_room(const std::string& but) {
 bool ArchiveFiles::spare(std::uint64_t bytes) {
   const std::lock_guard lock(mutex_);
   std::uint64_t freed = 0;
-  for (auto one = oldest(""); one != entries_.end() && freed < bytes; one = oldest("")) freed += remove(one);
+  const auto is_made = [](const std::string&, const Entry& entry) {
+    return entry.sums != nullptr;
+  };  // a problem is still to be told
+  for (auto one = oldest(is_made); one != entries_.end() && freed < bytes; one = oldest(is_made)) freed += remove(one);
   return freed > 0;
 }
 

@@ -106,7 +106,8 @@ class ArchiveFiles {
   void make(Entry& entry);
   std::optional<proto::Problem> ended(const Entry& entry) const;
   void make_room(const std::string& but);
-  std::map<std::string, Kept>::iterator oldest(const std::string& but);
+  using MayGo = std::function<bool(const std::string& name, const Entry& entry)>;
+  std::map<std::string, Kept>::iterator oldest(const MayGo& may_go);
   /// Returns the bytes that it had.
   std::uint64_t remove(std::map<std::string, Kept>::iterator one);
   void close_idle();

@@ -4,129 +4,29 @@
 #include <gmock/gmock.h>
 
 #include "fixture.h"
-#include "server/http/form_body.h"
+#include "form_text.h"
 
 namespace cordillera::server {
 namespace {
 
-using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::Pair;
-
-constexpr const char* kForm = "multipart/form-data; boundary=\"b o\"";
-
-std::string part(const std::string& disposition, const std::string& value) {
-  return "--b o\r\nContent-Disposition: form-data; " + disposition + "\r\nX-Other: yes\r\n\r\n" + value + "\r\n";
-}
-std::string file(const std::string& value, const std::string& name = "dem.tif") {
-  return part("name=\"file\"; filename=\"" + name + "\"", value);
-}
-const std::string kEnd = "--b o--\r\n";
-
-struct Read {
-  bool whole = false;
-  std::string file, problem;
-  std::vector<std::pair<std::string, std::string>> fields;
-  std::string name;
-};
-Read read(const std::string& form, std::size_t size, const std::string& type = kForm) {
-  auto reader = FormReader::of(type);
-  Read read;
-  bool going = true;
-  for (std::size_t at = 0; at < form.size() && going; at += size) {
-    going = reader->feed(std::string_view(form).substr(at, size), [&](std::string_view piece) {
-      read.file += piece;
-      return true;
-    });
-  }
-  read.whole = reader->ended();
-  if (reader->problem()) read.problem = reader->problem()->detail;
-  read.fields = reader->fields();
-  for (const std::string& name : reader->file_names()) read.name += (read.name.empty() ? "" : "|") + name;
-  return read;
-}
-
-TEST(Form, IsReadWhereverItIsCut) {
-  const std::string bytes = "GOOD\r\n--b\r\n--b \r\n-\r\n\r\n--bo\r";  // what looks like a boundary and is none
-  const std::string form = "words before\r\n" + part("name=error", "5") + file(bytes, "C:\\a\\h\xc3\xb6he \\\"1\\\".tif") +
-                           part("name=\"title\"", "") + "--b o-- \r\nwords behind";
-  for (std::size_t size = 1; size <= form.size(); ++size) {
-    const Read got = read(form, size);
-    ASSERT_TRUE(got.whole) << size << got.problem;
-    ASSERT_EQ(got.file, bytes) << size;
-    ASSERT_THAT(got.fields, ElementsAre(Pair("error", "5"), Pair("title", ""))) << size;
-    ASSERT_EQ(got.name, "h\xc3\xb6he \"1\".tif") << size;
-  }
-}
-
-TEST(Form, MayHoldSeveralFiles) {
-  const std::string form = file("one", "a.tif") + part("name=error", "5") + file("two", "b/c.tif") + file("", "d.tif") + kEnd;
-  for (const std::size_t size : {1, 7, 1000}) {
-    const Read got = read(form, size);
-    EXPECT_TRUE(got.whole);
-    EXPECT_EQ(got.file, "onetwo");
-    EXPECT_EQ(got.name, "a.tif|c.tif|d.tif");
-  }
-}
-
-TEST(Form, ThatCannotBeReadIsToldWhy) {
-  std::string many;
-  for (int k = 0; k < 257; ++k) many += file("a");
-  EXPECT_THAT(read(many + kEnd, 999).problem, HasSubstr("more than 256 files"));
-  std::string parts;
-  for (int k = 0; k < 513; ++k) parts += "--b o\r\nContent-Disposition:;name=\r\n\r\n\r\n";
-  EXPECT_THAT(read(parts + kEnd, 999).problem, HasSubstr("more than 512 parts"));
-  std::string names;
-  for (int k = 0; k < 9; ++k) names += part("name=" + std::string(8000, 'x'), "");
-  EXPECT_THAT(read(names + kEnd, 999).problem, HasSubstr("64 KiB")) << "names count, too";
-  EXPECT_THAT(
-      read("--b o\r\nContent-Disposition: form-data; name=\"file\"\r\nContent-Type: multipart/mixed; boundary=c\r\n\r\n--c\r\n",
-           9)
-          .problem,
-      HasSubstr("curl -F file=@a.tif,b.tif"));
-  EXPECT_THAT(read(part("filename=x", "a") + kEnd, 9).problem, HasSubstr("no name"));
-  EXPECT_THAT(read("--b oX\r\n", 9).problem, HasSubstr("other words"));
-  EXPECT_THAT(read(part("name=a", std::string(70000, 'x')), 999).problem, HasSubstr("64 KiB"));
-  EXPECT_THAT(read("--b o\r\nA: " + std::string(9000, 'x'), 999).problem, HasSubstr("8 KiB"));
-  EXPECT_FALSE(read(file("a"), 9).whole) << "the last boundary is missing";
-  EXPECT_FALSE(FormReader::of("multipart/mixed; boundary=a"));
-  EXPECT_FALSE(FormReader::of("multipart/form-data; boundary=" + std::string(71, 'x')));
-}
-
-/// requests.post(…, files=…, headers={"Content-Type": "multipart/form-data"}): the header that the library would have set.
-TEST(Form, WithoutABoundaryInItsTypeSaysItInItsFirstLine) {
-  const std::string form = part("name=error", "5") + file("GOOD") + kEnd;
-  for (const char* type : {"multipart/form-data", "multipart/form-data; charset=utf-8", "multipart/form-data; boundary="}) {
-    for (std::size_t size = 1; size <= form.size(); ++size) {
-      const Read got = read(form, size, type);
-      ASSERT_TRUE(got.whole) << size << got.problem;
-      ASSERT_EQ(got.file, "GOOD") << size;
-      ASSERT_THAT(got.fields, ElementsAre(Pair("error", "5"))) << size;
-    }
-  }
-  const std::string longest = "--" + std::string(71, 'x');
-  for (const std::string& none :
-       {std::string("GOOD"), std::string("--"), std::string("--\r\n"), longest, longest + "\r\n", "\r\n" + form}) {
-    const Read got = read(none + std::string(100, 'y'), 3, "multipart/form-data");
-    EXPECT_FALSE(got.whole);
-    EXPECT_THAT(got.problem, HasSubstr("clients set that header by themselves")) << none;
-  }
-}
 
 TEST(TypedByHand, AFormBecomesADataset) {
   TestService test;
-  const Response posted = test.post(part("name=error", "5") + file("GOOD") + part("name=title", "a & b") + kEnd, {},
-                                    {{"content-type", kForm}, {"prefer", "wait=100"}});
+  const Response posted =
+      test.post(form_part("name=error", "5") + form_file("GOOD") + form_part("name=title", "a & b") + kFormEnd, {},
+                {{"content-type", kForm}, {"prefer", "wait=100"}});
   ASSERT_EQ(posted.status, 201) << posted.body;
   EXPECT_EQ(body_of(posted)["name"], "dem.tif");
   const auto dataset = test.service().registry().find(body_of(posted)["id"]);
   EXPECT_EQ(dataset->options.error(), 5);
   EXPECT_EQ(dataset->options.title(), "a & b");
   EXPECT_EQ(dataset->raster, "source.tif");
-  EXPECT_EQ(body_of(test.post(part("name=name", "other.hgt") + file("GOOD") + kEnd, {}, {{"content-type", kForm}}))["name"],
+  EXPECT_EQ(body_of(test.post(form_part("name=name", "other.hgt") + form_file("GOOD") + kFormEnd, {},
+                              {{"content-type", kForm}}))["name"],
             "other.hgt");
-  const std::string blank = part("name=error", "") + part("name=crs", "") + part("name=private", "");
-  const Response made = test.post(blank + file("GOOD") + kEnd, {}, {{"content-type", kForm}, {"prefer", "wait=100"}});
+  const std::string blank = form_part("name=error", "") + form_part("name=crs", "") + form_part("name=private", "");
+  const Response made = test.post(blank + form_file("GOOD") + kFormEnd, {}, {{"content-type", kForm}, {"prefer", "wait=100"}});
   ASSERT_EQ(made.status, 201) << "a page sends fields that were left blank: " << made.body;
   EXPECT_EQ(body_of(made)["private"], false);
 }
@@ -135,8 +35,8 @@ TEST(TypedByHand, SeveralFilesBecomeOneDatasetOfSeveralRasters) {
   TestService test;
   const std::string first =
       body_of(test.post("SLOW"))["id"];  // the other waits behind it: a played job knows of one raster alone
-  const std::string form =
-      part("name=crs", "EPSG:4326") + file("SLOW one", "west.tif") + file("two", "east.hgt") + file("three", "") + kEnd;
+  const std::string form = form_part("name=crs", "EPSG:4326") + form_file("SLOW one", "west.tif") + form_file("two", "east.hgt") +
+                           form_file("three", "") + kFormEnd;
   const Response posted = test.post(form, {}, {{"content-type", kForm}, {"idempotency-key", "k"}});
   ASSERT_EQ(posted.status, 202) << posted.body;
   const std::string id = body_of(posted)["id"];
@@ -154,8 +54,8 @@ TEST(TypedByHand, SeveralFilesBecomeOneDatasetOfSeveralRasters) {
   EXPECT_NE(sources[0].id(), sources[1].id());
   const Response again = test.post(form, {}, {{"content-type", kForm}, {"idempotency-key", "k"}});
   EXPECT_EQ(body_of(again)["id"], id) << again.body;
-  const std::string other =
-      part("name=crs", "EPSG:4326") + file("SLOW one", "west.tif") + file("TWO", "east.hgt") + file("three", "") + kEnd;
+  const std::string other = form_part("name=crs", "EPSG:4326") + form_file("SLOW one", "west.tif") +
+                            form_file("TWO", "east.hgt") + form_file("three", "") + kFormEnd;
   EXPECT_EQ(slug_of(test.post(other, {}, {{"content-type", kForm}, {"idempotency-key", "k"}})), "idempotency-key-reused");
   for (const std::string& one : {id, first}) EXPECT_EQ(test.send("DELETE", "/v1/datasets/" + one).status, 204);
 }
@@ -163,7 +63,8 @@ TEST(TypedByHand, SeveralFilesBecomeOneDatasetOfSeveralRasters) {
 TEST(TypedByHand, OptionsMayBeSpeltAsOnTheCommandLine) {
   TestService test;
   const Response query = test.post("SLOW", {{"source-nodata", "-9999"}, {"fill-limit", "40"}});
-  const Response form = test.post(part("name=vertical-datum", "ellipsoid") + file("GOOD") + kEnd, {}, {{"content-type", kForm}});
+  const Response form =
+      test.post(form_part("name=vertical-datum", "ellipsoid") + form_file("GOOD") + kFormEnd, {}, {{"content-type", kForm}});
   ASSERT_EQ(query.status, 202) << query.body;
   ASSERT_EQ(form.status, 202) << form.body;
   const auto options = [&](const Response& posted) { return test.service().registry().find(body_of(posted)["id"])->options; };
@@ -180,12 +81,12 @@ TEST(TypedByHand, FilesThatGoWithARasterAreNoRasters) {
   TestService test;
   const std::string first = body_of(test.post("SLOW", {}, {}))["id"];  // the others wait behind it, as they came
   const auto sources = [&](const std::string& form) {
-    const Response posted = test.post(form + kEnd, {}, {{"content-type", kForm}});
+    const Response posted = test.post(form + kFormEnd, {}, {{"content-type", kForm}});
     EXPECT_EQ(posted.status, 202) << posted.body;
     return std::pair(body_of(posted), test.service().layout().dataset(body_of(posted)["id"]));
   };
-  const auto [one, folder] =
-      sources(file("header", "dem.hdr") + file("heights", "DEM.bil") + file("crs", "dem.prj") + file("notes", "dem.bil.aux.xml"));
+  const auto [one, folder] = sources(form_file("header", "dem.hdr") + form_file("heights", "DEM.bil") +
+                                     form_file("crs", "dem.prj") + form_file("notes", "dem.bil.aux.xml"));
   EXPECT_EQ(one["name"], "DEM.bil");
   EXPECT_FALSE(one.contains("updates")) << "several rasters";
   const std::string archive = file_text(folder / "source.bil");
@@ -194,8 +95,8 @@ TEST(TypedByHand, FilesThatGoWithARasterAreNoRasters) {
     EXPECT_THAT(archive, HasSubstr(part));
   for (const auto& entry : std::filesystem::directory_iterator(folder))
     EXPECT_THAT(entry.path().filename().string(), ::testing::Not(::testing::StartsWith("more")));
-  const auto [two, place] =
-      sources(file("one", "west.tif") + file("two", "east.tif") + file("world", "east.tfw") + file("stray", "north.tfw"));
+  const auto [two, place] = sources(form_file("one", "west.tif") + form_file("two", "east.tif") + form_file("world", "east.tfw") +
+                                    form_file("stray", "north.tfw"));
   const auto rasters = test.service().ledger().expected(two["id"]);
   ASSERT_EQ(rasters.size(), 3u);
   EXPECT_EQ(file_text(place / rasters[0].spec().path()), "one");
@@ -214,18 +115,19 @@ TEST(TypedByHand, ABadFormLeavesNothing) {
     headers.insert(more.begin(), more.end());
     return slug_of(test.post(form, {}, headers));
   };
-  EXPECT_EQ(slug(part("name=error", "5") + kEnd), "form-invalid");
-  EXPECT_EQ(slug(part("name=file", "dem.tif") + kEnd), "form-invalid");
-  EXPECT_EQ(slug(file("GOOD") + file("", "b.tif") + kEnd), "body-empty");
-  EXPECT_EQ(slug(file("GOOD") + file("GOOD") + part("name=dry_run", "1") + kEnd), "options-conflict");
-  EXPECT_EQ(slug(file("GOOD") + file("GOOD") + part("name=updates", "0") + kEnd), "options-conflict");
-  EXPECT_EQ(slug(file("GOOD") + file("GOOD")), "body-incomplete");
-  EXPECT_EQ(slug(file("GOOD")), "body-incomplete");
-  EXPECT_EQ(slug(file("") + kEnd), "body-empty");
-  EXPECT_EQ(body_of(test.post(file("") + kEnd, {}, {{"content-type", kForm}}))["detail"], "the file of the form is empty");
-  EXPECT_EQ(slug(file("GOOD") + part("name=eror", "5") + kEnd), "option-unknown");
-  EXPECT_EQ(slug(part("name=error", "5") + part("name=error", "6") + file("GOOD") + kEnd), "option-repeated");
-  EXPECT_EQ(slug(file("GOOD") + part("name=upload", "abc") + kEnd), "options-conflict");
+  EXPECT_EQ(slug(form_part("name=error", "5") + kFormEnd), "form-invalid");
+  EXPECT_EQ(slug(form_part("name=file", "dem.tif") + kFormEnd), "form-invalid");
+  EXPECT_EQ(slug(form_file("GOOD") + form_file("", "b.tif") + kFormEnd), "body-empty");
+  EXPECT_EQ(slug(form_file("GOOD") + form_file("GOOD") + form_part("name=dry_run", "1") + kFormEnd), "options-conflict");
+  EXPECT_EQ(slug(form_file("GOOD") + form_file("GOOD") + form_part("name=updates", "0") + kFormEnd), "options-conflict");
+  EXPECT_EQ(slug(form_file("GOOD") + form_file("GOOD")), "body-incomplete");
+  EXPECT_EQ(slug(form_file("GOOD")), "body-incomplete");
+  EXPECT_EQ(slug(form_file("") + kFormEnd), "body-empty");
+  EXPECT_EQ(body_of(test.post(form_file("") + kFormEnd, {}, {{"content-type", kForm}}))["detail"],
+            "the file of the form is empty");
+  EXPECT_EQ(slug(form_file("GOOD") + form_part("name=eror", "5") + kFormEnd), "option-unknown");
+  EXPECT_EQ(slug(form_part("name=error", "5") + form_part("name=error", "6") + form_file("GOOD") + kFormEnd), "option-repeated");
+  EXPECT_EQ(slug(form_file("GOOD") + form_part("name=upload", "abc") + kFormEnd), "options-conflict");
   EXPECT_EQ(test.leftovers(), 0u);
 }
 
@@ -380,10 +282,12 @@ TEST(TypedByHand, ACompressedRasterMayBeCalledAForm) {
 TEST(TypedByHand, AFormMayNameItsRasterAlone) {
   TestService test;
   const auto posted = [&](const std::string& form) { return test.post(form, {}, {{"content-type", kForm}}); };
-  const Response source = posted(part("name=source", "https://example.org/dem.tif") + part("name=error", "5") + kEnd);
+  const Response source =
+      posted(form_part("name=source", "https://example.org/dem.tif") + form_part("name=error", "5") + kFormEnd);
   EXPECT_EQ(slug_of(source), "option-forbidden");
   EXPECT_THAT(source.body, HasSubstr("this service fetches no rasters"));
-  EXPECT_THAT(posted(part("name=eror", "5") + file("GOOD") + kEnd).body, HasSubstr("unknown field 'eror'; did you mean error?"));
+  EXPECT_THAT(posted(form_part("name=eror", "5") + form_file("GOOD") + kFormEnd).body,
+              HasSubstr("unknown field 'eror'; did you mean error?"));
   EXPECT_EQ(test.leftovers(), 0u);
 }
 
