@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "cordillera.pb.h"
+#include "pipeline/progress/teller.h"
 #include "pipeline/store/store.h"
 #include "proto/result.h"
 #include "raster/mosaic/mosaic.h"
@@ -59,9 +60,6 @@ struct BuildRequest {
   bool at_once = false;               ///< goes into the manifest of what is provisional
   BlockFollower* follower = nullptr;  ///< outlives the build; may be null
 };
-
-/// Called from one thread at a time, at most a few times a second.
-using ProgressCallback = std::function<void(const proto::Progress&)>;
 
 /// What a build says that was told to stop.
 inline const proto::Problem kCancelled{"cancelled", "the build was cancelled", "", ""};

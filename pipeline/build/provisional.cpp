@@ -137,12 +137,4 @@ proto::Result<BlockLevel> block_level_of(const BuildRequest& request, raster::So
   return BlockLevel{level, samples_at(source, level), has_blocks_to_show(*plan)};
 }
 
-std::optional<double> stated_error_m(const proto::Manifest& manifest, int level) {
-  if (manifest.provisional()) return std::nullopt;
-  for (const proto::LevelSummary& summary : manifest.levels()) {
-    if (static_cast<int>(summary.level()) == level && summary.tiles() > 0) return summary.stated_max_error();
-  }
-  return std::nullopt;
-}
-
 }  // namespace cordillera::pipeline

@@ -39,8 +39,4 @@ bool is_provisional(const BuildRequest& request);
 /// How many times the work of its provisional tiles a build must be.
 inline constexpr std::int64_t kWorthwhile = 8;
 
-/// What a manifest states of a level, metres; nothing: no such level, one without tiles, or provisional tiles,
-/// whose errors nobody has measured.
-std::optional<double> stated_error_m(const proto::Manifest& manifest, int level);
-
 }  // namespace cordillera::pipeline

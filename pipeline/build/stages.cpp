@@ -118,6 +118,22 @@ void show_made(const Site& site, const std::vector<proto::TileAddress>& blocks) 
   }
 }
 
+/// A build's blocks as its follower sees them: begun and, on every way out, ended. follower: may be null.
+class Followed {
+ public:
+  Followed(BlockFollower* follower, const proto::Plan& plan, Teller& teller) : follower_(follower) {
+    if (follower_) follower_->begin(plan, [&teller] { teller.provisional(); });
+  }
+  ~Followed() {
+    if (follower_) follower_->end();
+  }
+  Followed(const Followed&) = delete;
+  Followed& operator=(const Followed&) = delete;
+
+ private:
+  BlockFollower* const follower_;
+};
+
 proto::Result<void> build_blocks(const Site& site, const std::vector<proto::TileAddress>& all) {
   std::vector<proto::TileAddress> blocks = unfinished(site, all);
   // The largest first: a large one at the end would leave most threads without work.

@@ -8,7 +8,7 @@
 
 #include "pipeline/build/build.h"
 #include "pipeline/build/builder.h"
-#include "pipeline/build/teller.h"
+#include "pipeline/progress/teller.h"
 #include "pipeline/store/store.h"
 #include "pipeline/threads/workers.h"
 

@@ -4,8 +4,8 @@
 #include <memory>
 #include <string>
 
-#include "pipeline/build/build.h"
 #include "pipeline/check/report.h"
+#include "pipeline/progress/teller.h"
 #include "proto/result.h"
 #include "raster/source.h"
 

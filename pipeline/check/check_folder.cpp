@@ -2,7 +2,6 @@
 #include <filesystem>
 #include <tuple>
 
-#include "pipeline/build/teller.h"
 #include "pipeline/check/border_laws.h"
 #include "pipeline/check/check.h"
 #include "pipeline/check/error_laws.h"

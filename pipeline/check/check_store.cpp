@@ -1,7 +1,6 @@
 #include <array>
 #include <optional>
 
-#include "pipeline/build/teller.h"
 #include "pipeline/check/border_laws.h"
 #include "pipeline/check/check.h"
 #include "pipeline/check/error_laws.h"

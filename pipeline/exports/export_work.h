@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <utility>
 
-#include "pipeline/build/teller.h"
 #include "pipeline/exports/whole_file.h"
+#include "pipeline/progress/teller.h"
 
 namespace cordillera::pipeline::exports {
 

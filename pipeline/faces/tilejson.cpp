@@ -5,9 +5,9 @@
 #include <functional>
 #include <optional>
 
-#include "pipeline/build/provisional.h"
 #include "pipeline/encode/json.h"
 #include "pipeline/faces/web_mercator.h"
+#include "pipeline/store/levels_shown.h"
 #include "pipeline/tileset/html_text.h"
 
 namespace cordillera::pipeline::faces {
@@ -37,16 +37,16 @@ Json center(const raster::Area& e, const Zooms& zooms) {
 class CutOff {
  public:
   CutOff(const Terrain& terrain, const raster::Area& extent, double lowest_m)
-      : levels_(terrain.manifest().levels()), lowest_m_(lowest_m) {
-    const bool deep = std::any_of(levels_.begin(), levels_.end(), [&](const proto::LevelSummary& level) {
+      : manifest_(terrain.manifest()), lowest_m_(lowest_m) {
+    const auto& levels = manifest_.levels();
+    const bool deep = std::any_of(levels.begin(), levels.end(), [&](const proto::LevelSummary& level) {
       return level.min_height() - kMostUndulation_m < lowest_m;
     });
     if (deep) undulation_m_ = greatest_undulation_m(terrain, raster::unwrapped(extent));
   }
   double at(int level) const {
-    const auto found = std::find_if(levels_.begin(), levels_.end(),
-                                    [&](const proto::LevelSummary& of) { return static_cast<int>(of.level()) == level; });
-    return found == levels_.end() ? 0 : std::max(lowest_m_ - (found->min_height() - undulation_m_), 0.0);
+    const proto::LevelSummary* const summary = summary_of(manifest_, level);
+    return summary == nullptr ? 0 : std::max(lowest_m_ - (summary->min_height() - undulation_m_), 0.0);
   }
 
  private:
@@ -63,7 +63,7 @@ class CutOff {
     return greatest_m;
   }
 
-  const google::protobuf::RepeatedPtrField<proto::LevelSummary>& levels_;
+  const proto::Manifest& manifest_;
   const double lowest_m_;
   double undulation_m_ = -kMostUndulation_m;  // where no level is so deep, none is with this either
 };

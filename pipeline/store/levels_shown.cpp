@@ -1,5 +1,7 @@
 #include "pipeline/store/levels_shown.h"
 
+#include <algorithm>
+
 #include "gpu/simplify.h"
 
 namespace cordillera::pipeline {
@@ -22,6 +24,18 @@ std::string levels_text(int first, int last) {
 }
 
 }  // namespace
+
+const proto::LevelSummary* summary_of(const proto::Manifest& manifest, int level) {
+  const auto& levels = manifest.levels();
+  const auto is_it = [level](const proto::LevelSummary& summary) { return static_cast<int>(summary.level()) == level; };
+  const auto found = std::find_if(levels.begin(), levels.end(), is_it);
+  return found == levels.end() ? nullptr : &*found;
+}
+
+std::optional<double> stated_error_m(const proto::Manifest& manifest, int level) {
+  const proto::LevelSummary* const summary = manifest.provisional() ? nullptr : summary_of(manifest, level);
+  return summary != nullptr && summary->tiles() > 0 ? std::optional(summary->stated_max_error()) : std::nullopt;
+}
 
 std::optional<int> last_sparse_level(const proto::Manifest& manifest) { return last_below(manifest, kEnough); }
 

@@ -4,8 +4,8 @@
 #include <map>
 
 #include "pipeline/build/stages.h"
-#include "pipeline/build/teller.h"
 #include "pipeline/plan/plan.h"
+#include "pipeline/progress/teller.h"
 #include "pipeline/work/publish.h"
 #include "pipeline/work/work_plan.h"
 #include "proto/version.h"

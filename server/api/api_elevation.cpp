@@ -4,7 +4,7 @@
 #include <numeric>
 #include <optional>
 
-#include "pipeline/build/provisional.h"
+#include "pipeline/store/levels_shown.h"
 #include "server/api/api.h"
 #include "server/api/requests/elevation_query.h"
 #include "server/jobs/provisional.h"

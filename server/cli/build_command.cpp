@@ -74,16 +74,6 @@ proto::Result<proto::Manifest> build_store(const pipeline::BuildRequest& request
   }
 }
 
-proto::Result<void> export_to(const std::string& store, const BuildLine& line, const pipeline::faces::Look& look,
-                              const fs::path& folder, unsigned threads) {
-  auto reader = pipeline::StoreReader::open(store);
-  if (!reader) return reader.problem();
-  const pipeline::faces::Terrain terrain(std::move(reader).value(), look, &g_asked_to_stop);
-  if (auto shown = pipeline::faces::check_photo(terrain); !shown) return shown;
-  ProgressBar bar(ProgressBar::style_of(line.words == Verbosity::all), kBarPatience);
-  return pipeline::export_static(terrain, line.formats, folder.string(), line.other, {threads, bar.callback()});
-}
-
 int done(const proto::Manifest& manifest, const std::string& place, Verbosity words, StageTimes& times) {
   if (words == Verbosity::all)
     std::cout << manifest_table(manifest) << "took      " << times.text() << "\nwritten to " << place << "\n";
@@ -140,17 +130,12 @@ int build_folder(pipeline::BuildRequest request, const BuildLine& line, const pi
   if (const auto usable = pipeline::check_export_folder(place.string(), line.other); !usable) return fail(usable.problem());
   const unsigned threads = request.options.threads();
   return build_beside(std::move(request), line, place,
-                      [&](const std::string& store) { return export_to(store, line, look, place, threads); });
+                      [&](const std::string& store) { return export_folder(store, line, look, place, threads); });
 }
 
 /// An archive or a mesh: what export writes.
 int build_exported(pipeline::BuildRequest request, const BuildLine& line) {
-  ExportLine told;
-  told.output = line.output;
-  told.format = line.only_format;
-  told.look = line.look;
-  told.other = line.other;
-  told.words = line.words;
+  ExportLine told = export_line(line);
   if (is_archive_name(line.output)) told.threads = std::to_string(request.options.threads());
   if (const auto usable = check_export(told); !usable) {
     const int code = fail(usable.problem());

@@ -38,16 +38,19 @@ struct LookWords {
   std::string interval;                ///< of contours, "12.192"
 };
 
-struct BuildLine {
-  std::vector<std::string> rasters;  ///< one, or several, folders and lists of them; see raster/mosaic/source_list.h
-  std::string output;                ///< a static folder; one .sqlite file, or one that export writes, if it is called so
-  pipeline::Existing other = pipeline::Existing::refuse;  ///< another build in the output's place
-  BadSource bad = BadSource::refuse;                      ///< among several rasters
+/// Where a command writes what a dataset shows, and as what.
+struct OutputLine {
+  std::string output;  ///< a static folder; one .sqlite file, or one that export writes, if it is called so
+  pipeline::Existing other = pipeline::Existing::refuse;  ///< what is in the output's place
   Verbosity words = Verbosity::all;
-  Show show = Show::table;                            ///< of a dry run
   std::vector<const pipeline::faces::Face*> formats;  ///< of the folder
   std::string only_format;  ///< of an archive, which holds one: its name; empty: the one that export takes
   LookWords look;           ///< of its tiles
+};
+struct BuildLine : OutputLine {
+  std::vector<std::string> rasters;   ///< one, or several, folders and lists of them; see raster/mosaic/source_list.h
+  BadSource bad = BadSource::refuse;  ///< among several rasters
+  Show show = Show::table;            ///< of a dry run
 };
 /// "drc, 3d-tiles, …": every name that formats_of knows.
 std::string face_names();

@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "pipeline/exports/archive_3tz.h"
+#include "pipeline/exports/export.h"
 #include "pipeline/exports/mbtiles.h"
 #include "pipeline/exports/mesh/mesh_output.h"
 #include "pipeline/exports/pmtiles.h"
@@ -205,6 +206,26 @@ proto::Result<std::string> export_file(const ExportLine& line) {
     return Problem{"store-damaged", line.source + " cannot be exported: " + error.what(),
                    "the store of a dataset whose build has finished", "source"};
   }
+}
+
+ExportLine export_line(const OutputLine& line) {
+  ExportLine told;
+  told.output = line.output;
+  told.format = line.only_format;
+  told.look = line.look;
+  told.other = line.other;
+  told.words = line.words;
+  return told;
+}
+
+proto::Result<void> export_folder(const std::string& store, const OutputLine& line, const pipeline::faces::Look& look,
+                                  const fs::path& folder, unsigned threads) {
+  auto reader = pipeline::StoreReader::open(store);
+  if (!reader) return reader.problem();
+  const Terrain terrain(std::move(reader).value(), look, &g_asked_to_stop);
+  if (auto shown = pipeline::faces::check_photo(terrain); !shown) return shown;
+  ProgressBar bar(ProgressBar::style_of(line.words == Verbosity::all), kBarPatience);
+  return pipeline::export_static(terrain, line.formats, folder.string(), line.other, {threads, bar.callback()});
 }
 
 int export_command(const ExportLine& line) {

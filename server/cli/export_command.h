@@ -1,5 +1,6 @@
 #pragma once
 // cordillera export.
+#include <filesystem>
 #include <string>
 
 #include "server/cli/commands.h"
@@ -29,5 +30,11 @@ const pipeline::faces::Face* face_in_archive(const std::string& output, const st
 proto::Result<void> check_export(const ExportLine& line);
 /// Does it. What was written, in words.
 proto::Result<std::string> export_file(const ExportLine& line);
+
+/// What export is told of an archive or a mesh that another command writes.
+ExportLine export_line(const OutputLine& line);
+/// Writes a store's static folder. threads: 0: one for each usable core.
+proto::Result<void> export_folder(const std::string& store, const OutputLine& line, const pipeline::faces::Look& look,
+                                  const std::filesystem::path& folder, unsigned threads);
 
 }  // namespace cordillera::server

@@ -5,7 +5,6 @@
 #include <memory>
 
 #include "pipeline/exports/export.h"
-#include "pipeline/faces/tiles_3d/photo_texture.h"
 #include "pipeline/work/publish.h"
 #include "pipeline/work/work_plan.h"
 #include "proto/paths.h"
@@ -14,7 +13,6 @@
 #include "raster/storage/storage.h"
 #include "server/cli/export_command.h"
 #include "server/cli/path_kind.h"
-#include "server/cli/progress_bar.h"
 #include "server/cli/work_commands.h"
 #include "server/sandbox/asked_to_stop.h"
 
@@ -33,16 +31,6 @@ enum class Written : std::uint8_t { folder, dataset, exported };
 Written written_as(const std::string& output) {
   if (output.ends_with(".sqlite")) return Written::dataset;
   return is_export_name(output) ? Written::exported : Written::folder;
-}
-
-ExportLine export_line(const PublishLine& line) {
-  ExportLine told;
-  told.output = line.output;
-  told.format = line.only_format;
-  told.look = line.look;
-  told.other = line.other;
-  told.words = line.words;
-  return told;
 }
 
 /// What can be said of the line before its plan is read.
@@ -91,12 +79,7 @@ proto::Result<void> export_from(const std::string& store, const PublishLine& lin
       const auto said = export_file(told);
       return said ? proto::Result<void>() : said.problem();
     }
-    auto reader = pipeline::StoreReader::open(store);
-    if (!reader) return reader.problem();
-    const pipeline::faces::Terrain terrain(std::move(reader).value(), look, &g_asked_to_stop);
-    if (auto shown = pipeline::faces::check_photo(terrain); !shown) return shown;
-    ProgressBar bar(ProgressBar::style_of(line.words == Verbosity::all), kBarPatience);
-    return pipeline::export_static(terrain, line.formats, place.string(), line.other, {0, bar.callback()});
+    return export_folder(store, line, look, place, 0);
   }();
   std::error_code error;
   fs::remove(store, error);

@@ -29,15 +29,9 @@ struct WorkLine {
 /// settings: memory, of this line or the environment.
 int work_command(const Settings& settings, const WorkLine& line);
 
-struct PublishLine {
-  std::string folder;
-  std::string output;       ///< a static folder; one .sqlite file, or one that export writes, if it is called so
-  std::string only_format;  ///< of an archive, which holds one: its name; empty: the one that export takes
-  pipeline::Existing other = pipeline::Existing::refuse;
+struct PublishLine : OutputLine {
+  std::string folder;  ///< of the plan
   bool prune = false;  ///< shards that this plan does not name
-  Verbosity words = Verbosity::all;
-  std::vector<const pipeline::faces::Face*> formats;
-  LookWords look;  ///< of a folder's tiles
 };
 int publish_command(const PublishLine& line);
 

@@ -292,9 +292,8 @@ void ArchiveFiles::make_room(const std::string& but) {
 bool ArchiveFiles::spare(std::uint64_t bytes) {
   const std::lock_guard lock(mutex_);
   std::uint64_t freed = 0;
-  const auto is_made = [](const std::string&, const Entry& entry) {
-    return entry.sums != nullptr;
-  };  // a problem is still to be told
+  // A problem is still to be told.
+  const auto is_made = [](const std::string&, const Entry& entry) { return entry.sums != nullptr; };
   for (auto one = oldest(is_made); one != entries_.end() && freed < bytes; one = oldest(is_made)) freed += remove(one);
   return freed > 0;
 }

@@ -144,7 +144,8 @@ TEST(HalfTurned, MeshesWhoseSidesDifferAreNotTaken) {
 template <class HasData>
 int reach_left(const HasData& has_data, int least = 0, int most = 5) {
   constexpr std::int32_t kSide = 2048;
-  proto::Samples samples{.columns = kSide, .rows = kSide};
+  proto::Samples samples;
+  samples.columns = samples.rows = kSide;
   for (std::int32_t y = 0; y < kSide; ++y)
     for (std::int32_t x = 0; x < kSide; ++x) samples.height.push_back(has_data(x, y) ? 0 : proto::kNoHeight);
   gpu::exact::BlockPlan plan;

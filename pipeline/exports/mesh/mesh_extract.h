@@ -2,8 +2,8 @@
 // Tiles of one level welded into one mesh, for programs that know no tiles.
 #include <string>
 
-#include "pipeline/build/build.h"
 #include "pipeline/exports/mesh/mesh_request.h"
+#include "pipeline/progress/teller.h"
 #include "proto/ellipsoid.h"
 #include "proto/mesh_file/triangle_mesh.h"
 

@@ -3,11 +3,11 @@
 #include <array>
 #include <cmath>
 
-#include "pipeline/build/provisional.h"
 #include "pipeline/encode/json.h"
 #include "pipeline/faces/mercator/mercator_grid.h"
 #include "pipeline/faces/quantized_mesh/layer_json.h"
 #include "pipeline/faces/tilejson.h"
+#include "pipeline/store/levels_shown.h"
 
 namespace cordillera::pipeline::faces {
 namespace {

@@ -6,6 +6,7 @@
 
 #include "pipeline/faces/mesh_pixels.h"
 #include "pipeline/faces/web_mercator.h"
+#include "pipeline/store/levels_shown.h"
 #include "proto/degrees.h"
 
 namespace cordillera::pipeline::faces {
@@ -19,10 +20,8 @@ constexpr std::int32_t kLeastSide = 1 << 22;
 std::int32_t MercatorGrid::side(int z) const { return mercator_side(terrain(), z, kLeastSide); }
 
 QuantizedLevel MercatorGrid::quantized(int z) const {
-  double room_m = 1;
-  for (const proto::LevelSummary& summary : terrain().manifest().levels()) {
-    if (static_cast<int>(summary.level()) == level(z)) room_m = std::ceil(summary.stated_max_error()) + 1;
-  }
+  const proto::LevelSummary* const summary = summary_of(terrain().manifest(), level(z));
+  const double room_m = summary != nullptr ? std::ceil(summary->stated_max_error()) + 1 : 1;
   return quantized_level(terrain().manifest(), level(z), room_m);
 }
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pipeline/build/provisional.h"
 #include "pipeline/encode/json.h"
 #include "pipeline/faces/quantized_mesh/quantized_mesh_grid.h"
 #include "pipeline/faces/web_mercator.h"
+#include "pipeline/store/levels_shown.h"
 #include "pipeline/store/water_mask.h"
 #include "pipeline/tileset/html_text.h"
 

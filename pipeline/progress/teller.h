@@ -1,12 +1,16 @@
 #pragma once
-// Progress of a build on its way to whoever asked for it.
+// How far a long work is, on its way to whoever asked for it.
 #include <chrono>
+#include <functional>
 #include <mutex>
 #include <string>
 
-#include "pipeline/build/build.h"
+#include "cordillera.pb.h"
 
 namespace cordillera::pipeline {
+
+/// Called from one thread at a time, at most a few times a second.
+using ProgressCallback = std::function<void(const proto::Progress&)>;
 
 /// Tells the beginning and the end of every stage, and what lies between no more often than a few times a second, with the time
 /// left as the rate so far suggests.
@@ -54,22 +58,6 @@ class Teller {
   std::mutex mutex_;
   Clock::time_point started_, last_;
   double first_ = -1;
-};
-
-/// A build's blocks as its follower sees them: begun and, on every way out, ended. follower: may be null.
-class Followed {
- public:
-  Followed(BlockFollower* follower, const proto::Plan& plan, Teller& teller) : follower_(follower) {
-    if (follower_) follower_->begin(plan, [&teller] { teller.provisional(); });
-  }
-  ~Followed() {
-    if (follower_) follower_->end();
-  }
-  Followed(const Followed&) = delete;
-  Followed& operator=(const Followed&) = delete;
-
- private:
-  BlockFollower* const follower_;
 };
 
 }  // namespace cordillera::pipeline
