@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <string_view>
 
@@ -26,10 +27,14 @@ enum class Normals : std::uint8_t {
   none,     ///< nothing: clients make flat triangles of it
   texture,  ///< up and east a vertex, and a picture of the terrain's normals in that frame
 };
+/// What the triangles of all tiles of a level add up to at vertices of a tile's sides, by column and row from its south-west
+/// corner.
+using SideNormals = std::map<std::array<std::int32_t, 2>, proto::Vec3>;
 struct Shading {
   Normals normals = Normals::vertex;
-  std::string_view picture{};  ///< with Normals::texture: WebP, kNormalMapSide pixels a side; not copied
-  std::string_view photo{};    ///< the colours of the ground: WebP, photo_side pixels a side; empty: kGround everywhere
+  const SideNormals* sides = nullptr;  ///< with Normals::vertex; null: nothing is known of the neighbours
+  std::string_view picture{};          ///< with Normals::texture: WebP, kNormalMapSide pixels a side; not copied
+  std::string_view photo{};            ///< the colours of the ground: WebP, photo_side pixels a side; empty: kGround everywhere
   std::uint32_t photo_side = 0;
 
   /// Whether vertices say where in a picture they are.

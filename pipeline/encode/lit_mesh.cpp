@@ -80,9 +80,10 @@ bool on_one_side(const proto::TileMesh& mesh, std::uint32_t a, std::uint32_t b, 
          all_at(mesh.y, a, b, c, mesh.side);
 }
 
-// Neighbouring tiles share the vertices of their common side and nothing else. A normal there is made perpendicular to the side's
-// own direction, which both know exactly; only the slope across the side is left to what each tile sees.
-void agree_along_sides(const EncodeInput& input, const PublishedMesh& mesh, const std::vector<Vec3>& points,
+// A tile that knows nothing of its neighbours shares the vertices of a common side with them and nothing else. A normal there is
+// made perpendicular to the side's own direction, which both know exactly; only the slope across the side is left to what each
+// tile sees. Where that would turn it down, there is none.
+void agree_along_sides(const EncodeInput& input, const PublishedMesh& mesh, const std::vector<Vec3>& points, const Ground& ground,
                        std::vector<Vec3>& sums) {
   std::vector<std::uint32_t> before(points.size(), kNone), after(points.size(), kNone);
   for (const auto& [from, to] : mesh.boundary) {
@@ -94,7 +95,20 @@ void agree_along_sides(const EncodeInput& input, const PublishedMesh& mesh, cons
     if (!on_one_side(*input.mesh, mesh.source[before[v]], mesh.source[v], mesh.source[after[v]])) continue;
     const Vec3 along = points[after[v]] - points[before[v]];
     const double length2 = dot(along, along);
-    if (length2 > 0) sums[v] = sums[v] - (dot(sums[v], along) / length2) * along;
+    if (!(length2 > 0)) continue;
+    const auto across = [&](const Vec3& normal) { return normal - (dot(normal, along) / length2) * along; };
+    const Vec3 up = ground.up(mesh.source[v]), normal = across(sums[v]);
+    sums[v] = dot(normal, up) > 0 ? normal : across(up);
+  }
+}
+
+// All tiles there have added to them.
+void agree_with_neighbours(const EncodeInput& input, const PublishedMesh& mesh, const SideNormals& sides,
+                           std::vector<Vec3>& sums) {
+  for (std::uint32_t v = 0; v < sums.size(); ++v) {
+    const std::uint32_t source = mesh.source[v];
+    const auto found = sides.find({input.mesh->x[source], input.mesh->y[source]});
+    if (found != sides.end()) sums[v] = found->second;
   }
 }
 
@@ -199,7 +213,10 @@ void stand_upright(const PublishedMesh& mesh, const Ground& ground, LitMesh::Sur
 
 void lean_on_triangles(const EncodeInput& input, const PublishedMesh& mesh, const Ground& ground, LitMesh::Surface& terrain) {
   std::vector<Vec3> sums = corner_sums(terrain.points, mesh.triangles);
-  agree_along_sides(input, mesh, terrain.points, sums);
+  if (input.shading.sides != nullptr)
+    agree_with_neighbours(input, mesh, *input.shading.sides, sums);
+  else
+    agree_along_sides(input, mesh, terrain.points, ground, sums);
   for (std::size_t v = 0; v < sums.size(); ++v) terrain.normals.push_back(unit(sums[v], ground.up(mesh.source[v])));
 }
 

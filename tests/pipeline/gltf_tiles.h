@@ -35,13 +35,7 @@ class Dataset {
   /// coarse: heights of all levels but the finest.
   Dataset(int finest, const std::vector<std::pair<TileAddress, TileAddress>>& parts, const Heights& fine, const Heights& coarse)
       : lattice_(lattice_of(finest)) {
-    proto::Plan plan = synthetic_plan(finest);
-    for (proto::LevelPlan& level : *plan.mutable_levels()) {
-      level.set_ecef_step(smallest_ecef_step_m(static_cast<int>(level.level())));
-      level.set_chain_tolerance(20);
-      level.set_height_step(proto::kHeightStep_m);
-    }
-    auto writer = StoreWriter::open(folder_ / "a.sqlite", plan);
+    auto writer = StoreWriter::open(folder_ / "a.sqlite", synthetic_plan(finest));
     EXPECT_TRUE(writer.ok());
     for (const auto& [first, last] : parts) {
       for (FinishedTask& task : synthetic_tasks(lattice_, first, last, fine)) {

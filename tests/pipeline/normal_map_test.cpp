@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -173,6 +174,55 @@ TEST(NormalMap, BesideTheSurfaceGoesOnForTwoPixels) {
   EXPECT_EQ(at(3), (std::array<std::uint8_t, 3>{128, 128, 255}));
 }
 
+/// Every vertex of a tile, by its place in space.
+std::map<std::array<double, 3>, Vec3> normals_by_place(const Dataset& dataset, const TileAddress& tile) {
+  const auto glb = decode_glb(bytes_of(dataset.terrain(), path_of(tile), "")).value();
+  std::map<std::array<double, 3>, Vec3> out;
+  for (std::size_t v = 0; v < glb.points.size(); ++v) out[{glb.points[v].x, glb.points[v].y, glb.points[v].z}] = glb.normals[v];
+  return out;
+}
+
+/// Vertices of a common side; they have the same normal in both tiles.
+std::size_t compare_normals(const Dataset& dataset, const TileAddress& one, const TileAddress& other) {
+  const auto there = normals_by_place(dataset, other);
+  std::size_t common = 0;
+  for (const auto& [place, normal] : normals_by_place(dataset, one)) {
+    const auto found = there.find(place);
+    if (found == there.end()) continue;
+    EXPECT_EQ(dot(normal, found->second), dot(normal, normal))
+        << one.x << "," << one.y << " beside " << other.x << "," << other.y;
+    ++common;
+  }
+  return common;
+}
+
+TEST(NormalsOfVertices, NeighboursAgreeAlongTheirSide) {
+  const Dataset dataset(kFine, kFirst, kLast, hills());
+  EXPECT_GT(compare_normals(dataset, kInside, {kFine, kInside.x + 1, kInside.y}), 5U);
+  EXPECT_GT(compare_normals(dataset, kInside, {kFine, kInside.x, kInside.y + 1}), 5U);
+  EXPECT_EQ(compare_normals(dataset, kInside, {kFine, kInside.x + 1, kInside.y + 1}), 1U) << "a corner";
+  const Dataset around(5, {{{5, 0, 16}, {5, 0, 16}}, {{5, 63, 16}, {5, 63, 16}}}, hills(), hills());
+  EXPECT_GT(compare_normals(around, {5, 0, 16}, {5, 63, 16}), 5U) << "the antimeridian";
+}
+
+TEST(NormalsOfVertices, OnASideAreThoseOfTheSlope) {
+  // A ridge along a side, which neither of its tiles sees alone.
+  const std::int64_t ridge = kFineLattice.west(kInside) + kFineLattice.tile_units(kFine);
+  const Heights heights = [=](std::int64_t i, std::int64_t) {
+    return std::max(1000 - 10.0 * static_cast<double>(std::abs(i - ridge)), -8000.0);
+  };
+  const Dataset dataset(kFine, kFirst, kLast, heights);
+  std::size_t on_ridge = 0;
+  for (const auto& [place, normal] : normals_by_place(dataset, kInside)) {
+    const Vec3 point{place[0], place[1], place[2]};
+    const Geodetic at = geodetic(point);
+    if (at.height_m < 999.9) continue;
+    EXPECT_LT(degrees_between(normal, point), 1) << "up, but for the ellipsoid's flattening";
+    ++on_ridge;
+  }
+  EXPECT_GT(on_ridge, 1U);
+}
+
 class NormalsOf3dTiles : public ::testing::Test {
  protected:
   const Dataset dataset_{kFine, kFirst, kLast, hills()};
@@ -180,11 +230,10 @@ class NormalsOf3dTiles : public ::testing::Test {
 };
 
 TEST_F(NormalsOf3dTiles, ByDefaultAreThoseOfTheVertices) {
-  const std::string stored = terrain_.store().tile(kInside, Encoding::glb)->bytes;
-  EXPECT_EQ(bytes_of(terrain_, path_of(kInside), ""), stored);
-  EXPECT_EQ(bytes_of(terrain_, path_of(kInside), "vertex"), stored);
+  const std::string lit = bytes_of(terrain_, path_of(kInside), "");
+  EXPECT_EQ(bytes_of(terrain_, path_of(kInside), "vertex"), lit);
   EXPECT_EQ(bytes_of(terrain_, "tileset.json", "vertex"), bytes_of(terrain_, "tileset.json", ""));
-  const Gltf gltf(stored);
+  const Gltf gltf(lit);
   std::string names;
   for (const auto& [name, value] : gltf.json.items()) names += name + " ";
   EXPECT_EQ(names,

@@ -45,6 +45,9 @@ inline proto::Plan synthetic_plan(int finest, int coarsest = 0) {
     proto::LevelPlan& level = *plan.add_levels();
     level.set_level(static_cast<std::uint32_t>(z));
     level.set_target(std::ldexp(1, finest - z));
+    level.set_ecef_step(smallest_ecef_step_m(z));
+    level.set_chain_tolerance(20);
+    level.set_height_step(proto::kHeightStep_m);
   }
   return plan;
 }

@@ -8,8 +8,8 @@
 #include <tuple>
 #include <utility>
 
+#include "pipeline/faces/mesh_normals.h"
 #include "pipeline/faces/mesh_pixels.h"
-#include "pipeline/faces/quantized_mesh/quantized_mesh_normals.h"
 #include "pipeline/faces/web_mercator.h"
 #include "proto/mesh.h"
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "pipeline/faces/quantized_mesh/quantized_mesh_normals.h"
+#include "pipeline/faces/mesh_normals.h"
 
 namespace cordillera::pipeline::faces {
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "pipeline/faces/mesh_normals.h"
 #include "pipeline/faces/pictures/webp_image.h"
 #include "pipeline/faces/tiles_3d/normal_map.h"
 #include "pipeline/faces/tiles_3d/photo_texture.h"
@@ -17,6 +18,9 @@ proto::Problem refused(std::string_view text) {
   return {"option-invalid", "normals=" + shown + " names no normals that tiles can have", std::string(kNormals), "normals"};
 }
 
+/// While a dataset is being built, neighbours may come and go.
+bool knows_neighbours(const Terrain& terrain) { return !terrain.manifest().provisional(); }
+
 proto::Result<std::optional<Blob>> made(const Terrain& terrain, const proto::TileAddress& tile, Normals normals) {
   if (!terrain.store().record(tile)) return std::optional<Blob>();  // a picture of nothing takes as long as any other
   Shading shading{normals};
@@ -26,6 +30,9 @@ proto::Result<std::optional<Blob>> made(const Terrain& terrain, const proto::Til
   const auto photo = terrain.look().photo ? photo_texture(terrain, tile) : std::optional<std::string>();
   if (!photo.ok()) return photo.problem();
   if (*photo) shading.photo = **photo;
+  const auto mesh = normals == Normals::vertex && knows_neighbours(terrain) ? terrain.mesh(tile) : nullptr;
+  const SideNormals sides = mesh ? side_normals(terrain, *mesh) : SideNormals();
+  if (mesh) shading.sides = &sides;
   shading.photo_side = static_cast<std::uint32_t>(terrain.look().photo_side());
   return terrain.store().glb(tile, shading);
 }
@@ -37,7 +44,9 @@ std::string name_of(const proto::TileAddress& tile, Normals normals) {
 }
 
 /// Whether the store's own tile is what is asked for.
-bool is_stored(const Terrain& terrain, Normals normals) { return normals == Normals::vertex && !terrain.look().photo; }
+bool is_stored(const Terrain& terrain, Normals normals) {
+  return normals == Normals::vertex && !terrain.look().photo && !knows_neighbours(terrain);
+}
 
 /// What a tile is to have; a tileset that names none leaves it to the terrain.
 proto::Result<Normals> of_tile(const Terrain& terrain, std::string_view text) {

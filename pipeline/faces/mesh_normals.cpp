@@ -1,4 +1,4 @@
-#include "pipeline/faces/quantized_mesh/quantized_mesh_normals.h"
+#include "pipeline/faces/mesh_normals.h"
 
 #include <array>
 #include <cmath>
@@ -92,6 +92,18 @@ std::map<LatticeVertex, Vec3> side_sums(const Terrain& terrain, const proto::Lat
 }
 
 }  // namespace
+
+SideNormals side_normals(const Terrain& terrain, const MeshIndex& mesh) {
+  const proto::Lattice lattice = terrain.lattice();
+  const NormalGround ground(lattice, mesh);
+  const std::map<LatticeVertex, Vec3> sums = side_sums(terrain, lattice, mesh);
+  SideNormals out;
+  for (std::uint32_t v = 0; v < mesh.mesh().points.size(); ++v) {
+    const auto& point = mesh.mesh().points[v];
+    if (const auto found = sums.find(ground.place(v)); found != sums.end()) out[{point[0], point[1]}] = found->second;
+  }
+  return out;
+}
 
 std::vector<Vec3> mesh_normals(const Terrain& terrain, const MeshIndex& mesh) {
   const proto::Lattice lattice = terrain.lattice();
