@@ -57,8 +57,8 @@ std::optional<std::string> note_on_voids(const std::vector<raster::MosaicMember>
     named += (named.empty() ? "" : ", ") + proto::as_utf8(member.name);
   }
   if (count == 0) return std::nullopt;
-  return std::to_string(count) + " of " + std::to_string(members.size()) +
-         (count == 1 ? " rasters has no data: " : " rasters have no data: ") + named + (count > kMostNamed ? ", …" : "");
+  return std::to_string(count) + " of " + std::to_string(members.size()) + (count == 1 ? " rasters has" : " rasters have") +
+         " no data, which is no height within 16384 m of zero: " + named + (count > kMostNamed ? ", …" : "");
 }
 
 std::optional<std::string> note_on_hidden(const std::vector<raster::MosaicMember>& members) {

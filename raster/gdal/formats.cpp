@@ -128,9 +128,16 @@ std::string shell_word(const std::string& name) {
   return word + "'";
 }
 
+/// What lies in an archive, as GDAL's programs find it: "dem.zip/a.png", "a.png.gz/a.png".
+static std::string for_gdal(const std::string& name) {
+  if (name.find(".zip/") != name.npos) return "/vsizip/" + name;
+  const auto gz = name.find(".gz/");
+  return gz == name.npos ? name : "/vsigzip/" + name.substr(0, gz + 3);
+}
+
 std::string copying_line(const std::string& command, const std::string& name) {
   const std::string tiff = std::filesystem::path(name).stem().string() + (extension_of(name) == ".tif" ? "-2.tif" : ".tif");
-  return command + " " + shell_word(name) + " " + shell_word(tiff);
+  return command + " " + shell_word(for_gdal(name)) + " " + shell_word(tiff);
 }
 
 std::string correcting_line(const std::string& name, const std::string& crs) {

@@ -223,6 +223,7 @@ Listed in_stac(const std::string& list, const std::vector<CPLJSONObject>& items)
 Listed in_json(const std::string& list, const std::string& text) {
   CPLJSONDocument document;
   if (!document.LoadMemory(text)) return invalid(list, "is not JSON");
+  if (text.find("\\u0000") != text.npos) return invalid(list, "has the character 0, where every name would end");
   const CPLJSONObject root = document.GetRoot();
   if (root.GetString("type") == "FeatureCollection") {
     const CPLJSONArray features = root.GetArray("features");

@@ -15,10 +15,12 @@
 #include <utility>
 
 #include "proto/utf8.h"
+#include "raster/archive/archive.h"
 #include "raster/disk/free_space.h"
 #include "raster/gdal/formats.h"
 #include "raster/gdal/gdal_scope.h"
-#include "raster/open/archive.h"
+#include "raster/open/point_grid.h"
+#include "raster/open/point_lines.h"
 #include "raster/open/remote.h"
 #include "raster/storage/storage.h"
 
@@ -124,20 +126,34 @@ Problem no_room(const std::string& name) {
   return {"storage-full", "no temporary folder can be made to open " + name + " in", "a disk with free space", ""};
 }
 
-/// Drivers take it for a part of the first word.
-bool begins_with_mark(const std::string& path) {
+/// What a text is to begin with for drivers, in place of its first bytes.
+struct TextHead {
+  std::size_t bytes = 0;
+  std::string words;
+};
+
+/// A byte order mark, which drivers take for a part of the first word, and names of columns that GDAL does not know. Nothing: the
+/// file may stay as it is.
+proto::Result<std::optional<TextHead>> head_to_change(const std::string& path, const std::string& name) {
   std::ifstream file(path, std::ios::binary);
-  std::string head(proto::kUtf8Mark.size(), '\0');
-  return file.read(head.data(), static_cast<std::streamsize>(head.size())) && head == proto::kUtf8Mark;
+  std::string head(4096, '\0');
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(file.gcount()));
+  const std::size_t mark = head.starts_with(proto::kUtf8Mark) ? proto::kUtf8Mark.size() : 0;
+  const auto names = names_for_gdal(std::string_view(head).substr(mark), name);
+  if (!names) return names.problem();
+  if (*names) return std::optional(TextHead{std::min(head.find_first_of("\r\n"), head.size()), **names});
+  return mark > 0 ? std::optional(TextHead{mark, ""}) : std::nullopt;
 }
 
-std::optional<Problem> copy_without_mark(const std::string& path, const std::string& to, const std::string& name) {
+std::optional<Problem> copy_with_head(const TextHead& head, const std::string& path, const std::string& to,
+                                      const std::string& name) {
   std::error_code error;
   if (auto full = raster::no_room(to, fs::file_size(path, error), "a copy of " + name)) return full;
   std::ifstream from(path, std::ios::binary);
-  from.seekg(static_cast<std::streamoff>(proto::kUtf8Mark.size()));
+  from.seekg(static_cast<std::streamoff>(head.bytes));
   std::ofstream copy(to, std::ios::binary);
-  copy << from.rdbuf();
+  copy << head.words << from.rdbuf();
   return copy.flush() ? std::nullopt : std::optional(no_room(name));
 }
 
@@ -150,13 +166,13 @@ void copy_crs_beside(const AtHand& text, const std::string& to, Trust trust) {
   }
 }
 
-proto::Result<AtHand> make_unmarked(const std::string& path, const std::string& name, Trust trust) {
+proto::Result<AtHand> make_readable(const TextHead& head, const std::string& path, const std::string& name, Trust trust) {
   const auto folder = std::make_shared<const PrivateFolder>();
   if (!folder->made()) return no_room(name);
-  AtHand unmarked{folder->place(name), name, name, folder};
-  if (auto full = copy_without_mark(path, unmarked.path, name)) return *full;
-  copy_crs_beside({path, name, name, nullptr}, unmarked.path, trust);
-  return unmarked;
+  AtHand readable{folder->place(name), name, name, folder};
+  if (auto full = copy_with_head(head, path, readable.path, name)) return *full;
+  copy_crs_beside({path, name, name, nullptr}, readable.path, trust);
+  return readable;
 }
 
 /// Of an archive elsewhere all is fetched: to read a place in it, all before it would be fetched and unpacked again.
@@ -179,12 +195,14 @@ proto::Result<AtHand> make_unpacked(const std::string& path, const std::string& 
   if (is_archive(member->path))
     return Problem{"raster-format-unsupported", name + " holds an archive, " + proto::shown_text(member->name),
                    "a .zip or .gz with one raster in it", ""};
-  if (begins_with_mark(member->path)) {
-    const std::string marked = member->path + ".marked";
+  const auto head = head_to_change(member->path, name);
+  if (!head) return head.problem();
+  if (*head) {
+    const std::string as_it_was = member->path + ".as-it-was";
     std::error_code error;
-    fs::rename(member->path, marked, error);
-    if (auto full = copy_without_mark(marked, member->path, name)) return *full;
-    fs::remove(marked, error);
+    fs::rename(member->path, as_it_was, error);
+    if (auto full = copy_with_head(**head, as_it_was, member->path, name)) return *full;
+    fs::remove(as_it_was, error);
   }
   return AtHand{member->path, name == member->name ? name : name + "/" + proto::shown_text(member->name), member->name, folder};
 }
@@ -194,24 +212,9 @@ proto::Result<AtHand> make_grid(const AtHand& points, Trust trust) {
   const auto folder = std::make_shared<const PrivateFolder>();
   if (!folder->made()) return no_room(points.name);
   AtHand grid{folder->place("grid.tif"), points.name, points.file, folder};
-  const char* const only[] = {"XYZ", nullptr};
-  const char* const create[] = {"TILED=YES", "BIGTIFF=IF_SAFER", nullptr};
-  const GDALDatasetUniquePtr from(
-      GDALDataset::Open(points.path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, only, nullptr, nullptr));
-  // As large as its numbers, whatever type they get.
-  const auto bytes = from ? sizeof(double) * static_cast<std::uint64_t>(from->GetRasterXSize()) *
-                                static_cast<std::uint64_t>(from->GetRasterYSize())
-                          : 0;
-  if (auto full = raster::no_room(grid.path, bytes, "a grid of the points of " + points.name)) return *full;
-  GDALDriver* const tiff = GetGDALDriverManager()->GetDriverByName("GTiff");
   copy_crs_beside(points, grid.path, trust);
-  const bool copied = from && tiff != nullptr &&
-                      GDALDatasetUniquePtr(tiff->CreateCopy(grid.path.c_str(), from.get(), FALSE, const_cast<char**>(create),
-                                                            nullptr, nullptr)) != nullptr;
-  if (copied && !scope.failed()) return grid;
-  return Problem{"raster-unreadable",
-                 points.name + " is damaged: its points cannot be read (" + scope.message(points.path, points.name) + ")",
-                 "a complete, undamaged file", ""};
+  if (auto problem = write_point_grid(points.path, points.name, grid.path, scope)) return *problem;
+  return grid;
 }
 
 }  // namespace
@@ -221,10 +224,13 @@ std::string copy_key(const std::string& path, const std::string& name) { return 
 proto::Result<AtHand> at_hand(const std::string& path, const std::string& name, Trust trust) {
   const std::string file = fs::path(name.empty() ? path : name).filename().string();
   const bool packed = is_remote(path) ? is_remote_archive(path) : is_archive(path);
-  if (!packed && !is_remote(path) && begins_with_mark(path))
+  if (!packed) {
+    const auto head = is_remote(path) ? proto::Result<std::optional<TextHead>>(std::nullopt) : head_to_change(path, file);
+    if (!head) return head.problem();
+    if (!*head) return AtHand{path, file, file, nullptr};
     return unpacked_copies().get(copy_key(path, file) + (trust == Trust::posted_file ? "\nalone" : ""),
-                                 [&] { return make_unmarked(path, file, trust); });
-  if (!packed) return AtHand{path, file, file, nullptr};
+                                 [&] { return make_readable(**head, path, file, trust); });
+  }
   return unpacked_copies().get(copy_key(path, file), [&] { return make_unpacked(path, file); });
 }
 

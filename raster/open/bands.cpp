@@ -35,10 +35,6 @@ std::vector<Subdataset> parts_of(GDALDataset& dataset) {
   return parts;
 }
 
-bool names_heights(const std::string& name) {
-  return std::find(kHeightNames.begin(), kHeightNames.end(), proto::lower(name)) != kHeightNames.end();
-}
-
 std::string listed(const std::vector<std::string>& names) {
   std::string list;
   for (const std::string& name : names) list += (list.empty() ? "" : ", ") + proto::shown_text(name, 40);
@@ -151,6 +147,10 @@ Problem no_such_band(const Dataset& dataset, const std::string& asked) {
 }
 
 }  // namespace
+
+bool names_heights(const std::string& name) {
+  return std::find(kHeightNames.begin(), kHeightNames.end(), proto::lower(name)) != kHeightNames.end();
+}
 
 proto::Result<void> choose_raster(Dataset& dataset, const std::string& asked) {
   const std::vector<Subdataset> parts = parts_of(*dataset.handle);

@@ -59,6 +59,9 @@ proto::Problem unreadable_pixels(const Dataset& dataset, const GdalScope& scope)
 proto::Result<void> choose_raster(Dataset& dataset, const std::string& asked);
 proto::Result<void> choose_band(Dataset& dataset, const std::string& asked);
 
+/// Whether a band, a variable or a column of points is called as heights are.
+bool names_heights(const std::string& name);
+
 /// Every block that the header promises must lie inside the file; notes the blocks of a sparse file that do not exist.
 proto::Result<void> check_tiff_blocks(Dataset& dataset);
 

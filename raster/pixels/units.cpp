@@ -67,8 +67,15 @@ constexpr std::array kSpellings{
 /// What a name may hold between its letters and around them: "ft (US)", "Foot_US", "[m]", "m.".
 constexpr std::string_view kPunctuation = " \t\r\n._-,;:()[]{}'\"";
 
+/// Whether this is another unit than its letters alone would say: one that points down, a million metres, a square metre.
+bool is_another(std::string_view name) {
+  const std::string_view bare = proto::trimmed(name);
+  return bare.starts_with('-') || bare == "Mm" || bare == "m m";
+}
+
 /// The unit of this name. None, too, where it holds a digit, a power or a quotient ("m2", "m/10"): it is another unit.
 std::optional<HeightUnit> named_unit(std::string_view name) {
+  if (is_another(name)) return std::nullopt;
   std::string letters;
   for (const char c : name) {
     if (proto::is_letter(c))

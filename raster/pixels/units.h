@@ -15,6 +15,7 @@ struct HeightUnit {
 std::optional<HeightUnit> height_unit(const std::string& text);
 
 /// The spellings named in messages.
-inline constexpr const char* kAcceptedUnits = "metre, foot, US survey foot, kilometre, centimetre, millimetre, fathom";
+inline constexpr const char* kAcceptedUnits =
+    "metre, foot, US survey foot, kilometre, decimetre, centimetre, millimetre, fathom, one of them with a factor (0.1 m)";
 
 }  // namespace cordillera::raster

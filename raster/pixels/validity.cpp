@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "proto/numbers.h"
 #include "raster/pixels/short_number.h"
 #include "raster/source.h"
 
@@ -25,6 +26,7 @@ Validity::Validity(const Dataset& dataset) {
     text_ = "value " + short_number(nodata);
     declared_ = around(nodata, type);
   }
+  if (dataset.driver == "netCDF") take_words_of_netcdf(dataset);
   if (dataset.asked_nodata) {
     text_ += (text_.empty() ? "value " : ", value ") + short_number(*dataset.asked_nodata) + " (request)";
     asked_ = around(*dataset.asked_nodata, type);
@@ -32,6 +34,20 @@ Validity::Validity(const Dataset& dataset) {
   if (dataset.mask != nullptr) text_ += text_.empty() ? "mask band" : ", mask band";
   if (dataset.is_sparse()) text_ += text_.empty() ? kUnstoredBlocks : std::string(", ") + kUnstoredBlocks;
   if (text_.empty()) text_ = "none";
+}
+
+void Validity::take_words_of_netcdf(const Dataset& dataset) {
+  const GDALDataType type = dataset.band->GetRasterDataType();
+  const auto said = [&](const char* word) {
+    const char* const text = dataset.band->GetMetadataItem(word);
+    const auto value = text == nullptr ? std::nullopt : proto::signed_number<double>(text);
+    const bool known = !value || declared_.holds(*value);
+    if (!known) text_ += std::string(text_.empty() ? "" : ", ") + word + " " + short_number(*value);
+    return known ? ValueRange() : around(*value, type);
+  };
+  missing_ = said("missing_value");
+  if (const ValueRange least = said("valid_min"); !least.empty()) usual_.low = least.low;
+  if (const ValueRange greatest = said("valid_max"); !greatest.empty()) usual_.high = greatest.high;
 }
 
 }  // namespace cordillera::raster

@@ -173,10 +173,12 @@ std::optional<OGRSpatialReference> crs_of_degrees(const Dataset& dataset) {
   return north && east && srs.importFromEPSG(4326) == OGRERR_NONE ? std::optional(srs) : std::nullopt;
 }
 
-/// CF's word for a variable of depths.
+/// A variable of depths, by CF's word for the direction, or its standard names of what is below.
 bool counts_downwards(const Dataset& dataset) {
-  const char* const positive = dataset.band->GetMetadataItem("positive");
-  return positive != nullptr && proto::same_letters(positive, "down");
+  if (const char* const positive = dataset.band->GetMetadataItem("positive")) return proto::same_letters(positive, "down");
+  const char* const named = dataset.band->GetMetadataItem("standard_name");
+  const std::string name = proto::lower(named != nullptr ? named : "");
+  return name == "depth" || name.starts_with("depth_below_") || name.starts_with("sea_floor_depth");
 }
 
 }  // namespace

@@ -163,19 +163,22 @@ proto::Result<void> Placement::make_transform(const Dataset& dataset, const Crs&
 
 /// Coordinates of one CRS read in another lie somewhere on the earth, mostly far from where that is meant to be used. A CRS is
 /// used beyond its borders, too: what may be right is told alone. It is refused where nobody draws such a map: thousands of
-/// kilometres away, in a projection of a country. Maps around a pole and those whose x is longitude reach as far as one likes,
-/// and degrees are degrees everywhere.
+/// kilometres away, in a projection of a country, or where no place leads back to its pixel. Maps around a pole and those whose x
+/// is longitude reach as far as one likes, and degrees are degrees everywhere.
 proto::Result<void> Placement::compare_with_area_of_use(const Dataset& dataset, const Crs& crs) {
   constexpr double kFar_deg = 5, kNearPole_deg = 85;
   const auto use = area_of_use(crs.horizontal);
   if (!use) return {};
-  double x[9], y[9];
-  for (int k = 0; k < 9; ++k) x[k] = columns_ * (k % 3) / 2.0, y[k] = rows_ * (k / 3) / 2.0;
-  to_degrees(x, y, 9);
+  constexpr std::size_t kPlaces = 9;
+  std::array<double, kPlaces> column{}, row{};
+  for (std::size_t k = 0; k < kPlaces; ++k)
+    column[k] = columns_ * static_cast<double>(k % 3) / 2, row[k] = rows_ * static_cast<double>(k / 3) / 2;
+  std::array<double, kPlaces> x = column, y = row;
+  to_degrees(x.data(), y.data(), kPlaces);
   double away_deg = 180;
-  for (int k = 0; k < 9; ++k)
+  for (std::size_t k = 0; k < kPlaces; ++k)
     if (std::isfinite(x[k])) away_deg = std::min(away_deg, degrees_away(use->usual, x[k], y[k]));
-  constexpr int kMiddle = 4;
+  constexpr std::size_t kMiddle = 4;
   if (!std::isfinite(x[kMiddle])) return {};
   const bool only_elsewhere = way_ != Way::here && knows_a_way_ && degrees_away(use->stated, x[kMiddle], y[kMiddle]) > 0;
   if (!(away_deg > kFar_deg || only_elsewhere)) return {};
@@ -183,7 +186,9 @@ proto::Result<void> Placement::compare_with_area_of_use(const Dataset& dataset, 
             place_text(x[kMiddle], y[kMiddle]);
   const bool local = crs.horizontal.IsProjected() && turn_ == 0 && use->stated.north_deg < kNearPole_deg &&
                      use->stated.south_deg > -kNearPole_deg;
-  if (local && away_deg > kAbsurd_deg)
+  to_degrees_on_map(column.data(), row.data(), kPlaces);
+  const bool nowhere = std::none_of(column.begin(), column.end(), [](double lon) { return std::isfinite(lon); });
+  if (local && (away_deg > kAbsurd_deg || nowhere))
     return crs.from == "request"
                ? Problem{"crs-mismatch", beyond_, "the CRS that the raster's coordinates are in", "crs"}
                : Problem{"crs-mismatch", beyond_,

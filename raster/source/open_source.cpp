@@ -58,6 +58,16 @@ std::string note_on_feet(const Dataset& dataset, const Crs& crs) {
          ": if the heights do, z_scale=" + factor;
 }
 
+/// The band's unit counts. The other one is mostly right where a copy has changed one of them.
+std::string note_on_units(const Dataset& dataset, const Crs& crs, const HeightUnit& unit) {
+  if (dataset.band->GetUnitType()[0] == '\0' || !(crs.height_unit_m > 0) || std::abs(unit.metres / crs.height_unit_m - 1) < 1e-9)
+    return "";
+  char factor[32];
+  std::snprintf(factor, sizeof factor, "%.10g", crs.height_unit_m / unit.metres);
+  return "The band says that its heights are in " + proto::shown_text(unit.name) + ", and the vertical CRS that they are in " +
+         proto::shown_text(crs.height_unit) + ": the band's unit is taken; if the CRS is right, z_scale=" + factor;
+}
+
 proto::Result<HeightRule> height_rule(const Dataset& dataset, const Crs& crs, const HeightUnit& unit,
                                       const SourceOptions& options) {
   const double scale = dataset.band->GetScale() * unit.metres * (crs.depth ? -1 : 1);
@@ -147,10 +157,11 @@ std::string horizontal_datum(const Crs& crs) {
 }
 
 /// What a user should know of how the raster is read.
-void add_notes(const SourceParts& parts, const Crs& crs, bool z_scale_given, proto::Source& s) {
+void add_notes(const SourceParts& parts, const Crs& crs, const HeightUnit& unit, bool z_scale_given, proto::Source& s) {
   const Dataset& d = parts.dataset;
   if (const std::string& beyond = parts.placement->beyond_area_of_use(); !beyond.empty()) s.add_notes(proto::as_utf8(beyond));
   if (std::string feet = z_scale_given ? "" : note_on_feet(d, crs); !feet.empty()) s.add_notes(std::move(feet));
+  if (std::string units = z_scale_given ? "" : note_on_units(d, crs, unit); !units.empty()) s.add_notes(std::move(units));
   const bool bytes = d.band->GetRasterDataType() == GDT_Byte && !d.signed_byte;
   if (d.colour.empty() && bytes && !z_scale_given && s.scale() == 1)
     s.add_notes("the pixels of " + proto::as_utf8(d.name) +
@@ -251,7 +262,7 @@ proto::Result<std::unique_ptr<Source>> open_checked(const std::string& path, con
   parts.datum = std::move(*datum);
   if (parts.datum.from == "source") parts.datum.from = crs->vertical_from;
   describe(parts, *crs, *unit, *f, size);
-  add_notes(parts, *crs, options.has_z_scale(), parts.description);
+  add_notes(parts, *crs, *unit, options.has_z_scale(), parts.description);
   return std::unique_ptr<Source>(std::make_unique<RasterSource>(std::move(parts)));
 }
 

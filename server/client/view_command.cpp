@@ -16,9 +16,9 @@
 
 #include "pipeline/exports/mbtiles.h"
 #include "pipeline/exports/unpack_tiles.h"
+#include "raster/archive/archive.h"
 #include "raster/disk/free_space.h"
 #include "raster/disk/private_folder.h"
-#include "raster/open/archive.h"
 #include "server/cli/path_kind.h"
 #include "server/client/commands.h"
 #include "server/datasets/upload.h"

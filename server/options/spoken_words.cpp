@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "proto/letters.h"
+#include "raster/gdal/formats.h"
 #include "server/options/mesh_options.h"
 #include "server/options/option_values.h"
 #include "server/options/options.h"
@@ -89,6 +90,12 @@ std::optional<std::string> meant_by_habit(std::string word) {
   return std::nullopt;
 }
 
+/// Whether a word that goes on at `at` is the beginning of a file's name: "max_level.tif", "voids=hole.tif".
+static bool is_name_of_file(const std::string& sentence, std::size_t at) {
+  const std::size_t end = std::min(sentence.find_first_of(" ,;:)'\"", at), sentence.size());
+  return raster::is_raster_extension(raster::extension_of(sentence.substr(at, end - at)));
+}
+
 std::string as_typed(const std::string& sentence) {
   static const std::set<std::string> kNames = [] {
     std::set<std::string> names;
@@ -110,7 +117,7 @@ std::string as_typed(const std::string& sentence) {
     const std::string word = sentence.substr(at, end - at);
     const bool set = end < sentence.size() && sentence[end] == '=';
     // Without its sign only what can be no other word: max_level, but not error.
-    if (!kNames.contains(word) || !(set || word.find('_') != word.npos)) {
+    if (!kNames.contains(word) || !(set || word.find('_') != word.npos) || is_name_of_file(sentence, end)) {
       out += sentence.substr(at, std::max<std::size_t>(1, word.size()));
       at += std::max<std::size_t>(1, word.size());
       continue;

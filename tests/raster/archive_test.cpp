@@ -8,8 +8,8 @@
 #include <set>
 #include <vector>
 
+#include "raster/archive/archive.h"
 #include "raster/disk/free_space.h"
-#include "raster/open/archive.h"
 #include "raster/open/at_hand.h"
 #include "sent.h"
 
@@ -41,6 +41,23 @@ class Archive : public RasterTest {
  private:
   int count_ = 0;
 };
+
+/// What is stored without compression, too.
+TEST_F(Archive, WhoseChecksumsAreOthersAreDamaged) {
+  const std::string zip = path("stored.zip");
+  ASSERT_EQ(std::system(("cd '" + fs::path(zip).parent_path().string() +
+                         "' && python3 -c \"import zipfile; "
+                         "zipfile.ZipFile('stored.zip', 'w').write('good.tif')\"")
+                            .c_str()),
+            0);
+  EXPECT_TRUE(must_open(zip, plain_options(), Trust::posted_file, "dem.zip"));
+  std::string bytes = bytes_of(zip);
+  const std::size_t at = bytes.find(tiff_) + tiff_.size() / 2;
+  bytes[at] = static_cast<char>(bytes[at] ^ 1);
+  const auto damaged = refused(write_text(bytes, "damaged.zip"), "damaged.zip");
+  EXPECT_EQ(damaged.type, "archive-unreadable");
+  EXPECT_EQ(damaged.detail, "damaged.zip cannot be unpacked: good.tif has another checksum than it says");
+}
 
 TEST_F(Archive, WhatLiesBesideTheRasterIsLeftOut) {
   ASSERT_TRUE(good_);

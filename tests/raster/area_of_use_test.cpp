@@ -52,6 +52,13 @@ TEST_F(AreaOfUse, ACrsOfAnotherCountryIsRefusedWhereItLiesThousandsOfKilometresA
   EXPECT_EQ(asked.problem().parameter, "crs");
 }
 
+/// Krovak's axes point south and west; maps with them turned round have the same numbers below zero.
+TEST_F(AreaOfUse, WhereNoPlaceLeadsBackItIsRefusedToo) {
+  EXPECT_EQ(problem_type(at("EPSG:5514", -600000, -1100000, 25)), "");
+  EXPECT_EQ(problem_type(at("EPSG:5513", -600000, -1100000, 25)), "crs-mismatch");
+  EXPECT_EQ(problem_type(at("EPSG:2065", -600000, -1100000, 25)), "crs-mismatch");
+}
+
 TEST_F(AreaOfUse, NearerItIsNoted) {
   for (const char* wrong : {"EPSG:3035", "EPSG:3978", "EPSG:2154"})
     EXPECT_THAT(notes(wrong, kUtmEast_m, kUtmNorth_m, 1), ElementsAre(HasSubstr("lies outside the area of use of"))) << wrong;

@@ -156,7 +156,8 @@ struct OldNetcdf {
   bool turned = false;   ///< longitudes down the rows
   double shift_deg = 0;  ///< of a row in the middle
   std::string longitude_unit = "degrees_east", latitude_unit = "degrees_north", longitude_name = "", latitude_name = "",
-              positive = "";
+              positive = "", standard_name = "";
+  std::vector<std::pair<std::string, float>> numbers = {};  ///< other attributes of the heights
   std::string x = "lon", y = "lat";
   std::string bytes() const {
     const auto number = [](std::uint32_t value) {
@@ -166,16 +167,18 @@ struct OldNetcdf {
     const auto text = [&](const std::string& word) {
       return number(static_cast<std::uint32_t>(word.size())) + word + std::string(-word.size() % 4, '\0');
     };
-    const auto attributes = [&](const std::vector<std::pair<std::string, std::string>>& all) {
+    const auto big = [](auto value) {
+      std::string bytes(reinterpret_cast<const char*>(&value), sizeof value);
+      return std::string(bytes.rbegin(), bytes.rend());
+    };
+    const auto attributes = [&](const std::vector<std::pair<std::string, std::string>>& all,
+                                const std::vector<std::pair<std::string, float>>& floats = {}) {
       std::string list;
       std::uint32_t count = 0;
       for (const auto& [name, value] : all)
         if (!value.empty()) list += text(name) + number(2) + text(value), ++count;
+      for (const auto& [name, value] : floats) list += text(name) + number(5) + number(1) + big(value), ++count;
       return (count == 0 ? number(0) : number(12)) + number(count) + list;
-    };
-    const auto big = [](auto value) {
-      std::string bytes(reinterpret_cast<const char*>(&value), sizeof value);
-      return std::string(bytes.rbegin(), bytes.rend());
     };
     std::string xs, ys, zs;
     for (int c = 0; c < 8; ++c) xs += big(10.005 + 0.01 * c);
@@ -193,7 +196,7 @@ struct OldNetcdf {
           text(x) + number(1) + number(0) + attributes({{"units", longitude_unit}, {"long_name", longitude_name}}) + end(6, xs);
       all += text(y) + number(1) + number(1) + attributes({{"units", latitude_unit}, {"long_name", latitude_name}}) + end(6, ys);
       all += text("z") + number(2) + number(turned ? 0 : 1) + number(turned ? 1 : 0) +
-             attributes({{"units", "m"}, {"positive", positive}}) + end(5, zs);
+             attributes({{"units", "m"}, {"positive", positive}, {"standard_name", standard_name}}, numbers) + end(5, zs);
       return all;
     };
     return head(static_cast<std::uint32_t>(head(0).size())) + xs + ys + zs;
@@ -247,6 +250,44 @@ TEST_F(Band, OfNetcdfAVariableThatCountsDownwardsHoldsDepths) {
     const auto w = source->window(l);
     EXPECT_NEAR(height_m(*source, l, (w.west + w.east) / 2, (w.south + w.north) / 2), height, 4) << positive;
   }
+}
+
+TEST_F(Band, OfNetcdfStandardNamesOfWhatIsBelowHoldDepths) {
+  const proto::Lattice l = lattice(8);
+  const auto height = [&](const OldNetcdf& file) {
+    const auto source = must_open(write_text(file.bytes(), "sea" + file.standard_name + file.positive + ".nc"));
+    if (!source) return 0.0;
+    const auto w = source->window(l);
+    return height_m(*source, l, (w.west + w.east) / 2, (w.south + w.north) / 2);
+  };
+  for (const char* below : {"depth", "sea_floor_depth_below_geoid", "sea_floor_depth_below_mean_sea_level"})
+    EXPECT_NEAR(height({.standard_name = below}), -104, 4) << below;
+  EXPECT_NEAR(height({.standard_name = "surface_altitude"}), 104, 4);
+  EXPECT_NEAR(height({.positive = "up", .standard_name = "depth"}), 104, 4) << "the direction is said";
+}
+
+/// Columns are 101 to 108 m high.
+TEST_F(Band, OfNetcdfAllThatIsDeclaredAsNoDataIsNone) {
+  int count = 0;
+  const auto valid_columns = [&](const std::vector<std::pair<std::string, float>>& numbers, const std::string& nodata) {
+    const auto source = must_open(write_text(OldNetcdf{.numbers = numbers}.bytes(), "voids" + std::to_string(++count) + ".nc"));
+    std::string columns;
+    for (int c = 0; source && c < 8; ++c) {
+      const double longitude = 10.005 + 0.01 * c, latitude = 44.975;
+      double height = 0;
+      EXPECT_TRUE(source->nearest(std::span(&longitude, 1), std::span(&latitude, 1), &height).ok());
+      columns += std::isnan(height) ? '.' : static_cast<char>('0' + std::lround(height) - 100);
+    }
+    if (source) { EXPECT_EQ(source->description().nodata(), nodata); }
+    return columns;
+  };
+  EXPECT_EQ(valid_columns({}, "value 9.96920997e+36"), "12345678");
+  EXPECT_EQ(valid_columns({{"_FillValue", 103}}, "value 103"), "12.45678");
+  EXPECT_EQ(valid_columns({{"missing_value", 103}}, "value 103"), "12.45678");
+  EXPECT_EQ(valid_columns({{"_FillValue", 103}, {"missing_value", 103}}, "value 103"), "12.45678");
+  EXPECT_EQ(valid_columns({{"_FillValue", 103}, {"missing_value", 105}}, "value 103, missing_value 105"), "12.4.678");
+  EXPECT_EQ(valid_columns({{"valid_max", 106}}, "value 9.96920997e+36, valid_max 106"), "123456..");
+  EXPECT_EQ(valid_columns({{"_FillValue", 101}, {"valid_min", 104}}, "value 101, valid_min 104"), "...45678");
 }
 
 /// x and y without a word on what they are: the user's CRS places them.

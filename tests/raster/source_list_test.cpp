@@ -129,6 +129,9 @@ TEST_F(SourceList, a_list_that_is_none_is_refused) {
   EXPECT_EQ(names(write_text("{", "a.json")), Names{"sources-invalid"});
   EXPECT_EQ(names(write_text("{}", "b.json")), Names{"sources-invalid"});
   EXPECT_EQ(names(write_text("# nothing\n", "c.txt")), Names{"sources-invalid"});
+  write({}, "a.tif");
+  EXPECT_EQ(names(write_text(R"({"sources": [{"path": "a.tif"}]})", "d.json")), Names{"a.tif"});
+  EXPECT_EQ(names(write_text(R"({"sources": [{"path": "a.tif\u0000.x"}]})", "e.json")), Names{"sources-invalid"});
 }
 }  // namespace
 }  // namespace cordillera::raster_test

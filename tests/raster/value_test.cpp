@@ -138,8 +138,8 @@ TEST_F(Value, AFactorBeforeAUnitIsApplied) {
 }
 
 TEST_F(Value, AUnitOfMoreThanANameIsNotThatName) {
-  for (const char* unit :
-       {"m/10", "m2", "m^2", "m*10", "m\xc2\xb2", "0 m", "-10 m", "1/10 m", "10", "10 10 m", "1e999 m", "0.1 furlong"}) {
+  for (const char* unit : {"m/10", "m2", "m^2", "m*10", "m\xc2\xb2", "0 m", "-10 m", "1/10 m", "10", "10 10 m", "1e999 m",
+                           "0.1 furlong", "-m", "Mm", "m m"}) {
     Spec spec = aligned("Int16");
     spec.unit = unit;
     EXPECT_EQ(problem_type(write(spec)), "unit-unknown") << unit;
@@ -157,6 +157,29 @@ TEST_F(Value, UnitOfTheVerticalAxis) {
   const auto source = must_open(write(spec));
   ASSERT_TRUE(source);
   EXPECT_NEAR(pixel_m(*source, 1, 1), 100 * 1200.0 / 3937, 0.0005);
+}
+
+TEST_F(Value, AnotherUnitOfTheBandIsTakenAndNoted) {
+  Spec spec = aligned("Float32");
+  spec.crs = "EPSG:4269+6360";
+  const auto notes = [&](const char* unit) {
+    spec.unit = unit;
+    const auto source = must_open(write(spec));
+    std::string all;
+    if (!source) return all;
+    for (const std::string& note : source->description().notes())
+      if (note.find("The band says") != note.npos) all += note;
+    return all;
+  };
+  EXPECT_EQ(notes("US survey foot"), "");
+  EXPECT_EQ(notes(""), "");
+  EXPECT_EQ(
+      notes("metre"),
+      "The band says that its heights are in metre, and the vertical CRS that they are in US survey foot: the band's unit is "
+      "taken; if the CRS is right, z_scale=0.3048006096");
+  const auto source = must_open(path("dem.tif"));
+  ASSERT_TRUE(source);
+  EXPECT_NEAR(pixel_m(*source, 1, 1), 100, 0.0005);
 }
 
 TEST_F(Value, DepthsAreHeightsBelowZero) {

@@ -31,8 +31,8 @@ says 1 'the name of café.asc is no UTF-8' plan $'caf\xe9.asc' -o latin "${optio
 # A raster without data among others is named, and the rest is built.
 cp dem/dem00.prj void.prj
 sed '7,$s/[-0-9.][-0-9.]*/-9999/g' dem/dem00.asc > void.asc
-says 0 'warning: 1 of 2 rasters has no data: void.asc' plan void.asc dem/dem01.asc -o void "${options[@]}" --vertical-datum ellipsoid
-says 0 'note  *1 of 2 rasters has no data: void.asc' build void.asc dem/dem01.asc -o void.sqlite --max-level 13 --error 4 --vertical-datum ellipsoid
+says 0 'warning: 1 of 2 rasters has no data, which is no height within 16384 m of zero: void.asc' plan void.asc dem/dem01.asc -o void "${options[@]}" --vertical-datum ellipsoid
+says 0 'note  *1 of 2 rasters has no data, which is no height within 16384 m of zero: void.asc' build void.asc dem/dem01.asc -o void.sqlite --max-level 13 --error 4 --vertical-datum ellipsoid
 says 0 '"all_void": true' info void.sqlite --json
 
 # Two rasters of one place above different datums.

@@ -38,7 +38,8 @@ TEST(SpokenWords, OptionsInMessagesAreSpeltAsTyped) {
             "error and keep are two ways; a coarser --error or a --bbox");
   EXPECT_EQ(as_typed("max_level"), "--max-level");
   for (const char* same : {"", "--error='x': no number", "/v1/live?url=A&error=5", "lsm=landlock, KEY=value", "a/z_scale=2.tif",
-                           "the name of a raster", "my_error=5", "`gdalmdimtranslate in.nc out.nc -array name=z`"})
+                           "the name of a raster", "my_error=5", "water_mask.tif names no CRS", "x nodata=7.tif (voids=hole.asc)",
+                           "`gdalmdimtranslate in.nc out.nc -array name=z`"})
     EXPECT_EQ(as_typed(same), same);
 }
 

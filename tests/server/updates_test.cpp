@@ -173,7 +173,8 @@ TEST_F(Updates, ARasterWithoutDataIsNamed) {
   const Json sources = listed()["sources"];
   EXPECT_EQ(sources[0]["all_void"], true);
   EXPECT_FALSE(sources[1].contains("all_void"));
-  EXPECT_THAT(ask("GET", base_).body["notes"].dump(), HasSubstr("1 of 2 rasters has no data: void.asc"));
+  EXPECT_THAT(ask("GET", base_).body["notes"].dump(),
+              HasSubstr("1 of 2 rasters has no data, which is no height within 16384 m of zero: void.asc"));
   ASSERT_EQ(change("PUT", "/sources/" + source(0) + "?name=patch.tif", "patch.tif").status, 200);
   EXPECT_THAT(ask("GET", base_).body["notes"].dump(), testing::Not(HasSubstr("no data")));
 }

@@ -35,7 +35,7 @@ HOMES = [
     ("nlohmann/*", ["pipeline/encode/json.h"]),
     ("google/protobuf/*", ["pipeline/tileset/manifest_json.cpp", "server/http/json.cpp"]),
     ("openssl/*", ["pipeline/store/content_hash.cpp", "server/http/digest.cpp"]),
-    ("zlib.h", ["raster/open/archive.cpp", "pipeline/exports/gzip.cpp", "pipeline/store/water_mask.cpp", "server/front/codec.cpp"]),
+    ("zlib.h", ["raster/archive/archive.cpp", "pipeline/exports/gzip.cpp", "pipeline/store/water_mask.cpp", "server/front/codec.cpp"]),
     ("zstd.h", ["pipeline/build/exact/kept_block.cpp"]),
     ("sqlite3.h", ["pipeline/store/sqlite.*", "pipeline/store/sqlite_object.cpp"]),
     ("boost/beast*", ["server/front/message/beast.cpp", "server/fetch/http_get.cpp"]),

@@ -1,4 +1,4 @@
-#include "raster/open/archive.h"
+#include "raster/archive/archive.h"
 
 #include <cpl_vsi.h>
 #include <zlib.h>
@@ -9,11 +9,13 @@
 #include <fstream>
 #include <functional>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "proto/utf8.h"
+#include "raster/archive/zip_sums.h"
 #include "raster/disk/free_space.h"
 #include "raster/gdal/formats.h"
 #include "raster/gdal/gdal_scope.h"
@@ -35,6 +37,7 @@ constexpr const char* kSeveral =
 struct ArchiveEntry {
   std::string path;  ///< in the zip
   std::uint64_t bytes = 0;
+  std::optional<std::uint32_t> sum{};  ///< that nobody has compared with its bytes
   std::string name() const { return fs::path(path).filename().string(); }
 };
 
@@ -129,9 +132,12 @@ proto::Result<Member> gunzip(const std::string& path, const std::string& name, c
 /// What systems put beside what was packed.
 bool is_dross(const ArchiveEntry& entry) { return entry.name().starts_with(".") || entry.path.starts_with("__MACOSX/"); }
 
+std::string in_gdal(const std::string& zip) { return "/vsizip/{" + zip + "}"; }
+
 proto::Result<std::vector<ArchiveEntry>> entries_of(const std::string& zip, const std::string& name,
                                                     std::size_t most = kMostEntries) {
-  const std::unique_ptr<VSIDIR, void (*)(VSIDIR*)> folder(VSIOpenDir(zip.c_str(), -1, nullptr), VSICloseDir);
+  const std::map<std::string, std::uint32_t> sums = sums_of_stored(zip);
+  const std::unique_ptr<VSIDIR, void (*)(VSIDIR*)> folder(VSIOpenDir(in_gdal(zip).c_str(), -1, nullptr), VSICloseDir);
   if (!folder) return damaged(name, "it has no readable list of its files");
   std::vector<ArchiveEntry> entries;
   while (const VSIDIREntry* entry = VSIGetNextDirEntry(folder.get())) {
@@ -139,6 +145,7 @@ proto::Result<std::vector<ArchiveEntry>> entries_of(const std::string& zip, cons
     if (entries.size() == most)
       return Problem{"archive-rasters", name + " holds more than " + std::to_string(most) + " files", kOneRaster, ""};
     entries.push_back({entry->pszName, static_cast<std::uint64_t>(entry->nSize)});
+    if (const auto sum = sums.find(entry->pszName); sum != sums.end()) entries.back().sum = sum->second;
     if (is_dross(entries.back())) entries.pop_back();
   }
   return entries;
@@ -177,13 +184,15 @@ proto::Result<void> extract(const std::string& zip, const ArchiveEntry& entry, c
   const GdalScope scope(Trust::posted_file);
   if (!bound.holds(entry.bytes)) return bound.passed();
   if (auto full = no_room_for(name, to, entry.bytes)) return *full;
-  VSILFILE* const file = VSIFOpenL((zip + "/" + entry.path).c_str(), "rb");
+  VSILFILE* const file = VSIFOpenL((in_gdal(zip) + "/" + entry.path).c_str(), "rb");
   if (file == nullptr) return damaged(name, scope.message(zip, name));
   std::uint64_t come = 0;
+  uLong sum = crc32(0, nullptr, 0);
   const Copied copied = copy(
       [&](char* buffer, std::size_t count) {
         const auto read = static_cast<std::int64_t>(VSIFReadL(buffer, 1, count, file));
         come += static_cast<std::uint64_t>(read);
+        sum = crc32(sum, reinterpret_cast<const Bytef*>(buffer), static_cast<uInt>(read));
         return scope.failed() ? -1 : read;  // a wrong checksum too
       },
       to, bound);
@@ -192,6 +201,8 @@ proto::Result<void> extract(const std::string& zip, const ArchiveEntry& entry, c
   if (copied == Copied::no_room) return no_space(name, to);
   if (copied == Copied::damaged || come != entry.bytes)
     return damaged(name, scope.failed() ? scope.message(zip, name) : proto::shown_text(entry.name()) + " ends early");
+  if (entry.sum && *entry.sum != sum)
+    return damaged(name, proto::shown_text(entry.name()) + " has another checksum than it says");
   return {};
 }
 
@@ -200,15 +211,14 @@ proto::Result<Member> unzip(const std::string& path, const std::string& name, co
   // Under a name of ours, which holds nothing that GDAL would take for more than a name.
   const std::string link = folder.link(path, "archive.zip");
   if (link.empty()) return no_space(name, folder.place(name));
-  const std::string zip = "/vsizip/{" + link + "}";
-  const auto entries = entries_of(zip, name);
+  const auto entries = entries_of(link, name);
   if (!entries) return entries.problem();
   const auto raster = raster_of(*entries, name);
   if (!raster) return raster.problem();
   for (const ArchiveEntry& entry : *entries) {
     if (entry.path != raster->path && !goes_with(*raster, entry)) continue;
     const std::string to = is_pam(entry.name()) ? pam_of_unpacked(folder.place(raster->name())) : folder.place(entry.name());
-    if (auto done = extract(zip, entry, name, to, bound); !done.ok()) return done.problem();
+    if (auto done = extract(link, entry, name, to, bound); !done.ok()) return done.problem();
   }
   return Member{folder.place(raster->name()), raster->name()};
 }
@@ -255,8 +265,7 @@ proto::Result<bool> unpack_folder(const std::string& path, const std::string& na
   const PrivateFolder aside;  // no entry may be written through the link
   const std::string link = aside.link(path, "archive.zip");
   if (link.empty()) return no_space(name, folder.place(name));
-  const std::string zip = "/vsizip/{" + link + "}";
-  const auto entries = entries_of(zip, name, std::numeric_limits<std::size_t>::max());
+  const auto entries = entries_of(link, name, std::numeric_limits<std::size_t>::max());
   if (!entries) return entries.problem();
   const auto below = folder_of(*entries, marker);
   if (!below) return false;
@@ -270,7 +279,7 @@ proto::Result<bool> unpack_folder(const std::string& path, const std::string& na
     const fs::path to = fs::path(folder.path()) / own;
     std::error_code error;
     fs::create_directories(to.parent_path(), error);
-    if (auto done = extract(zip, entry, name, to.string(), bound); !done.ok()) return done.problem();
+    if (auto done = extract(link, entry, name, to.string(), bound); !done.ok()) return done.problem();
   }
   return true;
 }

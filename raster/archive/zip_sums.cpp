@@ -1,0 +1,62 @@
+#include "raster/archive/zip_sums.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+
+namespace cordillera::raster {
+namespace {
+
+/// A number of so many bytes, the lowest first.
+std::uint64_t number(const std::string& bytes, std::size_t at, std::size_t count) {
+  std::uint64_t value = 0;
+  for (std::size_t k = count; k-- > 0;) value = value << 8 | static_cast<unsigned char>(bytes[at + k]);
+  return value;
+}
+
+/// So many bytes of the file, fewer at its end.
+std::string read_at(std::ifstream& file, std::uint64_t at, std::size_t count) {
+  std::string bytes(count, '\0');
+  file.clear();
+  file.seekg(static_cast<std::streamoff>(at));
+  file.read(bytes.data(), static_cast<std::streamsize>(count));
+  bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(file.gcount(), 0)));
+  return bytes;
+}
+
+/// Where the directory begins.
+std::optional<std::uint64_t> directory_of(std::ifstream& file, std::uint64_t size) {
+  constexpr std::size_t kEnd = 22, kLocator = 20, kLongestComment = 65535;
+  const std::size_t tail = std::min<std::uint64_t>(size, kEnd + kLongestComment + kLocator);
+  const std::string bytes = read_at(file, size - tail, tail);
+  const std::size_t end = bytes.rfind("PK\x05\x06");
+  if (end == bytes.npos || bytes.size() - end < kEnd) return std::nullopt;
+  const std::uint64_t offset = number(bytes, end + 16, 4);
+  if (offset != 0xFFFFFFFF) return offset;
+  if (end < kLocator || bytes.compare(end - kLocator, 4, "PK\x06\x07") != 0) return std::nullopt;
+  const std::string large = read_at(file, number(bytes, end - kLocator + 8, 8), 56);
+  return large.size() == 56 && large.starts_with("PK\x06\x06") ? std::optional(number(large, 48, 8)) : std::nullopt;
+}
+
+}  // namespace
+
+std::map<std::string, std::uint32_t> sums_of_stored(const std::string& zip) {
+  std::map<std::string, std::uint32_t> sums;
+  std::error_code error;
+  const auto size = std::filesystem::file_size(zip, error);
+  std::ifstream file(zip, std::ios::binary);
+  const auto directory = error || !file ? std::nullopt : directory_of(file, size);
+  if (!directory) return sums;
+  constexpr std::size_t kHead = 46;
+  for (std::uint64_t at = *directory;;) {
+    const std::string head = read_at(file, at, kHead);
+    if (head.size() < kHead || !head.starts_with("PK\x01\x02")) return sums;
+    const std::size_t name = number(head, 28, 2), more = number(head, 30, 2) + number(head, 32, 2);
+    const bool stored = number(head, 10, 2) == 0;
+    if (stored) sums[read_at(file, at + kHead, name)] = static_cast<std::uint32_t>(number(head, 16, 4));
+    at += kHead + name + more;
+  }
+}
+
+}  // namespace cordillera::raster
