@@ -53,10 +53,8 @@ proto::Result<MapProjection> MapProjection::open(const std::string& code, double
   const char* unit = nullptr;
   map.unit_m_ = srs.GetLinearUnits(&unit);
   map.unit_ = text_of(unit);
-  for (const bool ignores_datum : {false, true}) {
-    OGRCoordinateTransformationOptions options;
-    options.SetBallparkAllowed(ignores_datum);
-    map.from_degrees_ = best_around(longitude_deg, latitude_deg, srs, options);
+  for (const Ballpark ballpark : {Ballpark::refused, Ballpark::allowed}) {
+    map.from_degrees_ = best_around(longitude_deg, latitude_deg, srs, ballpark);
     if (!map.from_degrees_) continue;
     double x = longitude_deg, y = latitude_deg;
     apply(*map.from_degrees_, &x, &y, 1);

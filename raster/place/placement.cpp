@@ -113,10 +113,8 @@ proto::Result<void> Placement::check_degrees(const Dataset& dataset, const Crs& 
 }
 
 bool Placement::transform_to(const Crs& crs, Way way) {
-  const OGRSpatialReference geographic = wgs84();
-  OGRCoordinateTransformationOptions options;
-  options.SetBallparkAllowed(way == Way::ballpark);
-  to_wgs84_.reset(OGRCreateCoordinateTransformation(&crs.horizontal, &geographic, options));
+  const Ballpark ballpark = way == Way::ballpark ? Ballpark::allowed : Ballpark::refused;
+  to_wgs84_ = to_wgs84(crs.horizontal, ballpark);
   if (!to_wgs84_) return false;
   knows_a_way_ = knows_a_way_ || way != Way::ballpark;
   double x[2] = {columns_ / 2.0, columns_ / 4.0}, y[2] = {rows_ / 2.0, rows_ / 4.0};
@@ -129,11 +127,11 @@ bool Placement::transform_to(const Crs& crs, Way way) {
     const auto use = area_of_use(crs.horizontal);
     if (!use) return false;
     const LonLat near = nearest_place(use->stated, x[k], y[k]);
-    to_map_ = best_around(near.longitude_deg, near.latitude_deg, crs.horizontal, options);
+    to_map_ = best_around(near.longitude_deg, near.latitude_deg, crs.horizontal, ballpark);
     if (!to_map_)
-      to_map_ = best_around(middle_longitude_deg(use->stated), middle_latitude_deg(use->stated), crs.horizontal, options);
+      to_map_ = best_around(middle_longitude_deg(use->stated), middle_latitude_deg(use->stated), crs.horizontal, ballpark);
   } else {
-    to_map_ = best_around(x[k], y[k], crs.horizontal, options);
+    to_map_ = best_around(x[k], y[k], crs.horizontal, ballpark);
   }
   if (!to_map_) return false;
   to_wgs84_.reset(to_map_->GetInverse());

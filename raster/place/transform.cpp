@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
+
+#include "proto/lru.h"
+#include "raster/place/crs.h"
 
 namespace cordillera::raster {
 
@@ -13,13 +17,48 @@ OGRSpatialReference wgs84() {
   return srs;
 }
 
-std::unique_ptr<OGRCoordinateTransformation> best_around(double longitude_deg, double latitude_deg, const OGRSpatialReference& to,
-                                                         OGRCoordinateTransformationOptions options) {
-  const double south = std::max(-90.0, latitude_deg - 0.5), north = std::min(90.0, latitude_deg + 0.5);
-  const double west = std::max(-180.0, longitude_deg - 0.5), east = std::min(180.0, longitude_deg + 0.5);
-  if (west < east && south < north) options.SetAreaOfInterest(west, south, east, north);
-  const OGRSpatialReference geographic = wgs84();
-  return std::unique_ptr<OGRCoordinateTransformation>(OGRCreateCoordinateTransformation(&geographic, &to, options));
+namespace {
+
+using Transformation = std::unique_ptr<OGRCoordinateTransformation>;
+
+/// What PROJ found, never used: one that was used remembers where.
+Transformation copy_of(const OGRSpatialReference& from, const OGRSpatialReference& to,
+                       const OGRCoordinateTransformationOptions& options, const std::string& key) {
+  constexpr std::size_t kMostKept = 256;
+  // Never freed: at the end of the program PROJ may have gone before it.
+  static auto& found = *new proto::Lru<std::string, std::shared_ptr<const OGRCoordinateTransformation>>(kMostKept);
+  if (const auto kept = found.find(key)) return Transformation((*kept)->Clone());
+  std::shared_ptr<const OGRCoordinateTransformation> fresh(OGRCreateCoordinateTransformation(&from, &to, options));
+  if (!fresh) return nullptr;
+  found.keep(key, fresh, 1);
+  return Transformation(fresh->Clone());
+}
+
+OGRCoordinateTransformationOptions options_of(Ballpark ballpark) {
+  OGRCoordinateTransformationOptions options;
+  options.SetBallparkAllowed(ballpark == Ballpark::allowed);
+  return options;
+}
+
+}  // namespace
+
+Transformation to_wgs84(const OGRSpatialReference& from, Ballpark ballpark) {
+  return copy_of(from, wgs84(), options_of(ballpark), "from" + std::to_string(static_cast<int>(ballpark)) + wkt_of(from));
+}
+
+Transformation best_around(double longitude_deg, double latitude_deg, const OGRSpatialReference& to, Ballpark ballpark) {
+  constexpr double kStep_deg = 0.25;
+  const double longitude = kStep_deg * std::round(longitude_deg / kStep_deg),
+               latitude = kStep_deg * std::round(latitude_deg / kStep_deg);
+  const double south = std::max(-90.0, latitude - 0.5), north = std::min(90.0, latitude + 0.5);
+  const double west = std::max(-180.0, longitude - 0.5), east = std::min(180.0, longitude + 0.5);
+  OGRCoordinateTransformationOptions options = options_of(ballpark);
+  std::string key = "to" + std::to_string(static_cast<int>(ballpark));
+  if (west < east && south < north) {
+    options.SetAreaOfInterest(west, south, east, north);
+    key += " " + std::to_string(longitude) + " " + std::to_string(latitude) + " ";
+  }
+  return copy_of(wgs84(), to, options, key + wkt_of(to));
 }
 
 void apply(OGRCoordinateTransformation& transform, double* x, double* y, std::size_t count) {
