@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <iostream>
 
+#include "raster/mosaic/mosaic.h"
 #include "server/client/commands.h"
 #include "server/client/events.h"
 #include "server/client/sender.h"
@@ -39,25 +40,44 @@ std::string query_text(const Given& query) {
   return text;
 }
 
+/// The raster with the smallest pixels, which is sent first: the first one's levels are the dataset's. Which that is shows where
+/// all can be read here; else it is the first of the line.
+std::size_t finest_of(const std::vector<std::string>& rasters, const proto::BuildOptions& options) {
+  std::size_t finest = 0;
+  double least_m2 = 0;
+  for (std::size_t k = 0; k < rasters.size() && rasters.size() > 1; ++k) {
+    const auto seen =
+        raster::examine(rasters[k], fs::path(rasters[k]).filename().string(), raster::Trust::operator_file, options);
+    if (!seen) return 0;
+    const double pixel_m2 = seen->description.pixel_width_m() * seen->description.pixel_height_m();
+    if (k == 0 || pixel_m2 < least_m2) finest = k, least_m2 = pixel_m2;
+  }
+  return finest;
+}
+
 /// What the service is asked for.
 enum class Keeps { dataset, nothing };
 
 class Post {
  public:
-  Post(const PostLine& line, const ServiceAddress& place, Keeps keeps)
-      : line_(line), talk_(place, line.words), sender_(talk_, line.words), keeps_(keeps) {}
+  /// first: of the line's rasters, the one that is sent first.
+  Post(const PostLine& line, const ServiceAddress& place, std::size_t first, Keeps keeps)
+      : line_(line), first_(first), talk_(place, line.words), sender_(talk_, line.words), keeps_(keeps) {}
 
   /// What the service says of the dataset, or of the dry run.
   proto::Result<Json> run() {
-    auto answer = send(line_.rasters.front(), dataset_target());
+    auto answer = send(line_.rasters[first_], dataset_target());
     if (!answer || keeps_ == Keeps::nothing) return answer;  // an upload in parts stays, for the post that follows
     const std::string id = answer->value("id", "");
     if (id.empty())
       return Problem{"answer-unknown", talk_.address() + " does not name the dataset", "a service of this version", "--server"};
-    for (std::size_t k = 1; k < line_.rasters.size(); ++k) {
+    // Those before it are put before it, one after the other; then the rest.
+    for (std::size_t k = 0; k < line_.rasters.size(); ++k) {
+      if (k == first_) continue;
       if (auto added = send(line_.rasters[k], source_target(id, k)); !added) {
         Problem problem = added.problem();
-        problem.detail += "; dataset " + id + " has the rasters before " + line_.rasters[k];
+        problem.detail += "; dataset " + id + " has " + (first_ == 0 ? "" : line_.rasters[first_] + " and ") +
+                          "the rasters before " + line_.rasters[k];
         return problem;
       }
     }
@@ -75,7 +95,7 @@ class Post {
 
   PostTarget dataset_target() const {
     Given query = as_query(line_.options);
-    std::string name = name_of(line_.rasters.front());
+    std::string name = name_of(line_.rasters[first_]);
     bool named = false;
     for (const auto& [key, value] : query) {
       if (key == "name") name = value, named = true;
@@ -104,6 +124,7 @@ class Post {
   }
 
   const PostLine& line_;
+  const std::size_t first_;
   Talk talk_;
   Sender sender_;
   Keeps keeps_;
@@ -165,7 +186,7 @@ int post_command(const PostLine& line) {
   }
   const auto place = find_service(line.place);
   if (!place) return tell(place.problem(), line.show);
-  Post post(line, *place, settings->dry_run ? Keeps::nothing : Keeps::dataset);
+  Post post(line, *place, finest_of(line.rasters, settings->build), settings->dry_run ? Keeps::nothing : Keeps::dataset);
   const auto answer = post.run();
   if (!answer) return tell(answer.problem(), line.show);
   if (settings->dry_run) {

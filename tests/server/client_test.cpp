@@ -315,6 +315,31 @@ TEST_F(Client, SeveralRastersBecomeOneDataset) {
   EXPECT_EQ(sources[1]["name"], "second.asc");
 }
 
+TEST_F(Client, OfSeveralRastersTheFinestDecidesTheLevels) {
+  start_server();
+  const auto grid = [&](const char* name, double west, double cell) {
+    const std::string path = (folder_.path() / name).string();
+    std::ofstream text(path);
+    text << "ncols 24\nnrows 24\nxllcorner " << west << "\nyllcorner 46\ncellsize " << cell << "\n";
+    for (int k = 0; k < 24 * 24; ++k) text << 100 + k % 24 << (k % 24 == 23 ? '\n' : ' ');
+    return path;
+  };
+  const std::string rasters =
+                        grid("coarse.asc", 10, 0.04) + " " + grid("finest.asc", 11, 0.01) + " " + grid("last.asc", 12, 0.02),
+                    plain = " --crs EPSG:4326 --vertical-datum ellipsoid ";
+  const std::string id = post(rasters + plain);
+  const Json sources = curl(server_.base() + "/v1/datasets/" + id + "/sources")["sources"];
+  ASSERT_EQ(sources.size(), 3u) << sources.dump();
+  for (const auto& [k, name] : {std::pair{0, "coarse.asc"}, {1, "finest.asc"}, {2, "last.asc"}})
+    EXPECT_EQ(sources[static_cast<std::size_t>(k)]["name"], name);
+  const std::string built = (folder_.path() / "built.sqlite").string();
+  const Ended ended =
+      shell(kProgram + " build -q " + rasters + plain + " -o " + built + " && " + kProgram + " info --json " + built);
+  ASSERT_EQ(ended.code, 0) << ended.output;
+  const Json manifest = Json::parse(ended.output, nullptr, false);
+  EXPECT_EQ(curl(server_.base() + "/v1/datasets/" + id + "/manifest.json")["max_level"], manifest["max_level"]);
+}
+
 TEST_F(Client, WhatFailsIsTold) {
   start_server();
   std::ofstream(folder_.path() / "bad.tif") << "no raster";
