@@ -280,9 +280,11 @@ std::int64_t published_area2(const proto::TileMesh& mesh) {
   return area2;
 }
 
-/// Small data in a large tile would vanish within what rims may move: then they move less.
-bool has_vanished(PreparedTile& prepared, const proto::TileMesh& mesh) {
+/// Small data in a large tile would vanish within what rims may move: then they move less. But where its border needs them to move
+/// as far, the border goes before it.
+bool has_vanished(PreparedTile& prepared, const proto::TileMesh& mesh, int attempt) {
   constexpr double kLeastShare = 1e-4;
+  if (attempt > kCarefulAttempts) return false;
   if (prepared.rim_share < kLeastShare || published_area2(mesh) > 0 || published_area2(prepared.input) == 0) return false;
   prepared.rim_share /= 8;
   return true;
@@ -344,7 +346,7 @@ std::optional<BuiltTile> judge(const LevelContext& context, PreparedTile& prepar
     if (attempt < kPromiseAttempts) return std::nullopt;
     return std::move(prepared.best);
   }
-  if (has_vanished(prepared, mesh)) return std::nullopt;
+  if (has_vanished(prepared, mesh, attempt)) return std::nullopt;
   settle_moved(context, prepared, mesh);
   round_heights(context, mesh);
   BuiltTile built;
