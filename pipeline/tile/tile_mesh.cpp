@@ -280,8 +280,8 @@ std::int64_t published_area2(const proto::TileMesh& mesh) {
   return area2;
 }
 
-/// Small data in a large tile would vanish within what rims may move: then they move less. But where its border needs them to move
-/// as far, the border goes before it.
+/// Small data in a large tile would vanish within what rims may move: then they move less. But where its border needs them to
+/// move as far, the border goes before it.
 bool has_vanished(PreparedTile& prepared, const proto::TileMesh& mesh, int attempt) {
   constexpr double kLeastShare = 1e-4;
   if (attempt > kCarefulAttempts) return false;
