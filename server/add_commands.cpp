@@ -226,7 +226,7 @@ void add_export(CommandLine& commands) {
       ->add_option("-o,--output", line.output,
                    "what to write: .pmtiles, .mbtiles, .3tz, or a mesh: " + pipeline::exports::mesh_endings_text(", "))
       ->type_name("FILE");
-  command->add_option("--format", line.format, "which tiles an archive holds [" + face_names() + "]")->type_name("NAME");
+  command->add_option("--format", line.format, "which tiles an archive holds [" + archived_face_names() + "]")->type_name("NAME");
   for (const LookOption& option : look_options())
     command->add_option(option.name, line.look.*option.value, option.help)->type_name(option.type);
   add_rows(*command, mesh_options(), line.mesh);

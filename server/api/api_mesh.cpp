@@ -63,7 +63,10 @@ std::optional<Response> wait_for_blocks(Service& service, const Request& request
                                         const MeshRequest& wanted, Opened& opened) {
   const proto::Manifest& shown = opened.terrain->manifest();
   if (!shown.provisional() || !route.version.empty()) return std::nullopt;
-  if (wanted.level && *wanted.level > static_cast<int>(shown.max_level())) return std::nullopt;  // no block will have it
+  if (wanted.level && *wanted.level > static_cast<int>(shown.max_level())) {
+    if (shown.has_done_blocks()) return std::nullopt;  // no block will have it
+    return not_made_yet(service, dataset);             // a first look, whose levels are not all that there will be
+  }
   auto blocks = blocks_under(*opened.terrain, wanted);
   if (!blocks) {
     if (auto later = wait_for_all(service, request, dataset)) return later;

@@ -49,7 +49,7 @@ std::optional<proto::Problem> take_lazy(bool asked, Posting& posting) {
     return proto::Problem{"options-conflict",
                           std::string("build=lazy makes blocks one by one, in the place of provisional tiles; ") + against +
                               "= does not go with it",
-                          "build=full, or a POST with error=", "build"};
+                          std::string("build=full, or a POST without ") + against + "=", "build"};
   }
   build.clear_build();
   return std::nullopt;

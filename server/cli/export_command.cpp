@@ -162,6 +162,15 @@ proto::Result<std::string> export_of(const ExportLine& line) {
 bool is_archive_name(const std::string& output) { return archive_of(output) != nullptr; }
 bool is_export_name(const std::string& output) { return archive_of(output) != nullptr || mesh_kind(ending_of(output)); }
 
+std::string archived_face_names() {
+  std::string names;
+  for (const Face* face : pipeline::faces::all_faces()) {
+    if (std::any_of(std::begin(kArchives), std::end(kArchives), [&](const ArchiveKind& kind) { return kind.fits(*face); }))
+      names.append(names.empty() ? "" : ", ").append(face->name);
+  }
+  return names;
+}
+
 const Face* face_in_archive(const std::string& output, const std::string& format) {
   const ArchiveKind* const archive = archive_of(output);
   const auto face = archive != nullptr ? face_for(*archive, format) : proto::Result<const Face*>(nullptr);

@@ -22,6 +22,8 @@ int export_command(const ExportLine& line);
 
 /// Whether a file of this name is one that export writes: an archive or a mesh.
 bool is_export_name(const std::string& output);
+/// "drc, 3d-tiles, …": the formats that some archive can hold.
+std::string archived_face_names();
 /// Whether it is an archive's.
 bool is_archive_name(const std::string& output);
 /// The format that an archive of this name holds; format: as in ExportLine. Null: it is no archive, or can hold no such format.
