@@ -272,7 +272,9 @@ void summarise(Database& database, const proto::Plan& plan, proto::Manifest& man
   if (!manifest.provisional()) set_shown_shares(shown, manifest);
   if (std::string note = note_on_sparse_levels(manifest); first && !note.empty()) manifest.add_notes(std::move(note));
   if (!sharper && !pixels.empty()) *manifest.mutable_source()->mutable_error_at_pixels() = pixels.total();
-  if (first && !sharper && !pixels.empty() && plan.promise()) note_pixels(pixels, plan.levels(0).target(), manifest);
+  // Of provisional tiles no error is stated.
+  if (first && !manifest.provisional() && !pixels.empty() && plan.promise())
+    note_pixels(pixels, plan.levels(0).target(), manifest);
   if (sharper) {
     manifest.set_bounds(4, std::min(manifest.bounds(4), finest->min_height()));
     manifest.set_bounds(5, std::max(manifest.bounds(5), finest->max_height()));

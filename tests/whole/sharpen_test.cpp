@@ -392,5 +392,25 @@ TEST_F(Sharpen, left_alone_are_one_piece_and_a_pyramid_that_ends_above_the_block
   EXPECT_FALSE(pipeline::can_show_blocks(blocks_.plan, opened("final")->manifest()));
 }
 
+/// Their errors, at samples and at pixels, are those of few samples.
+TEST(Provisional, nothing_is_noted_of_their_errors) {
+  const Folder folder;
+  write(points_of(kCorner, 1400, 1100, rough_with_sea(8)), folder.path("dem.tif"));
+  pipeline::BuildRequest request;
+  request.raster_path = folder.path("dem.tif");
+  request.raster_name = "dem.tif";
+  request.options = with_error(4);
+  const auto source = pipeline::open_source(request);
+  ASSERT_TRUE(source.ok()) << source.problem().line();
+  auto small = pipeline::provisional_request(request, **source, 40'000);
+  ASSERT_TRUE(small.ok() && *small);
+  (*small)->store_path = folder.path("provisional");
+  const std::atomic<bool> never = false;
+  const auto built = pipeline::build(**small, nullptr, never);
+  ASSERT_TRUE(built.ok()) << built.problem().line();
+  ASSERT_GT(built->source().error_at_pixels().max(), 1.25 * built->levels(0).target()) << "there is nothing to note";
+  for (const std::string& note : built->notes()) EXPECT_EQ(note.find("farther from"), note.npos) << note;
+}
+
 }  // namespace
 }  // namespace cordillera::whole
