@@ -151,8 +151,14 @@ export function start_folding() {
   new ResizeObserver(([{ target }]) => document.documentElement.style.setProperty("--panel-height", `${target.offsetHeight}px`)).observe(element("panel"));
 }
 
-// Of the window's width, where the panel is open and leaves room for the terrain beside it.
-export const share_beside = () => (!element("panel").classList.contains("folded") && window.innerWidth > 1000 ? element("panel").getBoundingClientRect().right / window.innerWidth : 0);
+// Of the window: what the panel takes of its width, where it is open and leaves room for the terrain beside it, and what the tools take in their corner.
+export function shares_taken() {
+  const { innerWidth: width, innerHeight: height } = window, tools = element("tools").getBoundingClientRect();
+  const beside = !element("panel").classList.contains("folded") && width > 1000;
+  return {
+    panel: beside ? element("panel").getBoundingClientRect().right / width : 0, tools: { width: (width - tools.left) / width, height: tools.bottom / height },
+  };
+}
 
 const kLink_ms = 1500;
 

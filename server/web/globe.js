@@ -79,16 +79,28 @@ const kWide_rad = 0.5;
 const kFilled = 0.95;  // of the window
 const kNearly_rad = 0.01;  // as good as straight down, or as north up
 
-// panel_share: of the window's width, what the panel takes at its left.
-export function fly_home(scene, bounds, panel_share) {
+// Shares of the window: panel has some of its width, at the left, tools { width, height } of it, in the corner at the right and above. Data that would
+// reach this corner is beside it, or below it where it is wider than high.
+export function fly_home(scene, bounds, { panel, tools }) {
   const { camera } = scene, sphere = data_sphere(bounds), { aspectRatio, fovy } = camera.frustum;
   const wide = Math.min(1, sphere.radius / Cesium.Ellipsoid.WGS84.maximumRadius / kWide_rad);
   const pitch = CesiumMath.lerp(aspectRatio < 1 ? kTallPitch_deg : kHomePitch_deg, kWidePitch_deg, wide);
   const points = points_of(bounds, scene.verticalExaggeration), middle = points[0];
   camera.lookAt(middle, new HeadingPitchRange(CesiumMath.toRadians(kHomeHeading_deg * (1 - wide)), CesiumMath.toRadians(pitch), sphere.radius));
   camera.lookAtTransform(Cesium.Matrix4.IDENTITY);
-  const up = Math.tan(fovy / 2), side = up * aspectRatio, taken = panel_share * (1 - wide);
-  camera.position = place_that_sees(points, camera, { middle: side * taken, half: kFilled * side * (1 - taken) }, { middle: 0, half: kFilled * up });
+  const up = Math.tan(fovy / 2), side = up * aspectRatio, left = panel * (1 - wide);
+  const free = (half, before, behind) => ({ middle: half * (before - behind), half: kFilled * half * (1 - before - behind) });
+  const place = (right, top) => place_that_sees(points, camera, free(side, left, right), free(up, 0, top));
+  camera.position = place(0, 0);
+  const in_corner = ([right, above]) => right > side * (1 - 2 * tools.width) && above > up * (1 - 2 * tools.height);
+  if (wide === 1 || !points.some((point) => in_corner(seen_at(camera, point)))) return;
+  camera.position = tools.width * aspectRatio > tools.height ? place(0, tools.height) : place(tools.width, 0);
+}
+
+// How far to the right and up a camera sees a point, as metres per metre ahead.
+function seen_at({ positionWC, directionWC, rightWC, upWC }, point) {
+  const to = Cartesian3.subtract(point, positionWC, new Cartesian3());
+  return [rightWC, upWC].map((axis) => Cartesian3.dot(to, axis) / Cartesian3.dot(to, directionWC));
 }
 
 // The middle first, then all around, low and high.
@@ -135,9 +147,11 @@ export function show_earth(camera) {
 // What the middle of the window shows; null beside the Earth.
 const middle = (widget, tileset) => place_at(widget, tileset, new Cesium.Cartesian2(widget.canvas.clientWidth / 2, widget.canvas.clientHeight / 2));
 function place_at(widget, tileset, position) {
+  return terrain_at(widget, tileset, position) || widget.camera.pickEllipsoid(position) || null;
+}
+function terrain_at(widget, tileset, position) {
   const ray = widget.camera.getPickRay(position);
-  const hit = ray && tileset?.pick(ray, widget.scene.frameState, new Cartesian3());
-  return hit || widget.camera.pickEllipsoid(position) || null;
+  return (ray && tileset?.pick(ray, widget.scene.frameState, new Cartesian3())) || null;
 }
 
 export const kCloser = 0.6;
@@ -184,12 +198,15 @@ export function go_to(widget, tileset, position, factor) {
   look_at(camera, target, camera.heading, pitch, factor * Cartesian3.distance(camera.positionWC, target));
 }
 
-// Metres on the ground that a CSS pixel across the middle of the window covers; null beside the Earth.
-export function metres_a_pixel(widget) {
-  const kAcross_px = 60, { canvas, camera } = widget;
-  const at = (dx) => camera.pickEllipsoid(new Cesium.Cartesian2(canvas.clientWidth / 2 + dx, canvas.clientHeight / 2));
-  const [west, east] = [at(-kAcross_px / 2), at(kAcross_px / 2)];
-  return west && east ? Cartesian3.distance(west, east) / kAcross_px : null;
+// Metres that a CSS pixel covers where the terrain is seen, as near to the middle of the window as there is some. Without terrain on the ellipsoid;
+// null beside the Earth.
+const kPlaces = [[0.5, 0.5], [0.5, 0.7], [0.7, 0.5], [0.3, 0.5], [0.5, 0.3]];
+export function metres_a_pixel(widget, tileset) {
+  const { canvas: { clientWidth, clientHeight }, camera: { positionWC, directionWC, frustum: { fovy } } } = widget;
+  let place = null;
+  for (const [u, v] of kPlaces) place ??= terrain_at(widget, tileset, new Cesium.Cartesian2(u * clientWidth, v * clientHeight));
+  place ??= middle(widget, tileset);
+  return place && (2 * Math.tan(fovy / 2) * Cartesian3.dot(Cartesian3.subtract(place, positionWC, new Cartesian3()), directionWC)) / clientHeight;
 }
 
 // The camera as five numbers: longitude, latitude, height, heading and pitch, in degrees and metres.

@@ -38,7 +38,7 @@ function report(error) {
 }
 
 const first_look = () => panel.first_look_words(page.manifest, wanted.lazy);
-const home = () => (page.manifest ? fly_home(page.scene, page.manifest.bounds, panel.share_beside()) : show_earth(page.scene.camera));
+const home = () => (page.manifest ? fly_home(page.scene, page.manifest.bounds, panel.shares_taken()) : show_earth(page.scene.camera));
 
 // on: the page, or a tileset that is still to be shown, with its looks.
 let look_problem = "", looks_chosen = 0, looks_coming = 0;
@@ -303,6 +303,9 @@ const on_builds = {
   },
 };
 
+// What lies under a pixel is read from the GPU: not for each frame of a movement.
+const kScale_ms = 100;
+
 function watch_frames(scene) {
   scene.preUpdate.addEventListener(() => {
     if (page.manifest) stay_above(scene, page.tileset, page.manifest.bounds);
@@ -314,8 +317,9 @@ function watch_frames(scene) {
     if (placeholder && is_loaded(tileset)) await_terrain(null);
     if (tileset) panel.show_drawn(tileset.statistics.numberOfTrianglesSelected, fetched_bytes());
   });
+  let scale_due = null;
   scene.postRender.addEventListener(() => {
-    show_scale(metres_a_pixel(page.widget));
+    scale_due ??= setTimeout(() => { scale_due = null; show_scale(metres_a_pixel(page.widget, page.tileset)); }, kScale_ms);
     panel.show_heading(scene.camera.heading);
   });
   scene.camera.moveEnd.addEventListener(write_place);

@@ -336,9 +336,9 @@ export async function try_snippets(page, url, id) {
 
 async function try_profile_by_touch(page) {
   await page.tap("#measure");
-  await page.touchscreen.tap(90, 215);
+  await page.touchscreen.tap(50, 215);
   await page.waitForFunction(() => /second place/.test(document.getElementById("message").textContent));
-  await page.touchscreen.tap(150, 215);
+  await page.touchscreen.tap(90, 215);
   await page.waitForSelector("#profile:not([hidden])");
   await page.tap("#profile-close");
   assert.equal(await page.isVisible("#profile"), false);
@@ -376,7 +376,7 @@ export async function try_phone(browser, url, id, picture) {
   assert.equal(scrolls, false, "the page is wider than the screen");
   assert.ok(pixels <= 2.01, `${pixels} pixels a point are drawn`);
   assert.match(paper, /25\d, 25\d, 25\d/, `the light scheme is dark: ${paper}`);
-  await page.touchscreen.tap(120, 215);
+  await page.touchscreen.tap(70, 215);  // the terrain is beside the tools
   await page.waitForFunction(() => / m above the ellipsoid$/.test(document.getElementById("ellipsoid-height").textContent));
   const small = await page.$$eval("button, summary, select, #documents a", (all) => all.map((one) => [one.id || one.textContent, one.getBoundingClientRect()])
     .filter(([, { width, height }]) => width > 0 && Math.min(width, height) < 44).map(([name]) => name));

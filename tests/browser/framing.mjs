@@ -1,7 +1,7 @@
 // Where the camera is put, and what is seen when one picture takes the place of another.
 import assert from "node:assert/strict";
 
-import { make_black, new_page, tiles_loaded } from "./browser.mjs";
+import { make_black, new_page, some_frames, tiles_loaded } from "./browser.mjs";
 import { draw, seen, watch_frames } from "./live.mjs";
 import { crack_share, darkest_below_mean, lightest_above_mean, look_straight_down, luminance_deviation, mean_colour } from "./views.mjs";
 
@@ -61,26 +61,50 @@ export async function try_rims_of_demo(browser, url, id) {
   await page.close();
 }
 
-// How much of the window's width and height the data's box takes, -1 to 1.
-const box_of = (page) => page.evaluate(() => {
+// Where in the window the corners of the data's box are, -1 to 1.
+const corners_of = (page) => page.evaluate(() => {
   const { scene, manifest: { bounds: [west, south, east, north, low, high] } } = window.cordillera, { Cartesian3, Matrix4 } = window.Cesium;
   const { viewMatrix, frustum: { projectionMatrix } } = scene.camera, view = Matrix4.multiply(projectionMatrix, viewMatrix, new Matrix4());
-  const corners = [west, east].flatMap((lon) => [south, north].flatMap((lat) => [low, high].map((height) => {
+  return [west, east].flatMap((lon) => [south, north].flatMap((lat) => [low, high].map((height) => {
     const { x, y, z } = Cartesian3.fromDegrees(lon, lat, height * scene.verticalExaggeration);
     const [a, b, , w] = [0, 1, 2, 3].map((row) => view[row] * x + view[row + 4] * y + view[row + 8] * z + view[row + 12]);
     return [a / w, b / w];
   })));
-  return [0, 1].map((axis) => [Math.min, Math.max].map((of) => of(...corners.map((corner) => corner[axis]))));
 });
 
+// The tools stand in the window's corner: where it begins, in the same measure.
+const corner_of = (page) => page.evaluate(() => {
+  const { left, bottom } = document.getElementById("tools").getBoundingClientRect();
+  return [(2 * left) / window.innerWidth - 1, 1 - (2 * bottom) / window.innerHeight];
+});
+
+// All of it is in the window, and none of it under the tools.
+async function assert_framed(page, what) {
+  const [end, ceiling] = await corner_of(page), corners = await corners_of(page);
+  const [[left, right], [bottom, top]] = [0, 1].map((axis) => [Math.min, Math.max].map((of) => of(...corners.map((corner) => corner[axis]))));
+  const box = `${what}: ${[left, right, bottom, top]}`;
+  assert.ok(left >= -1 && right <= 1 && bottom >= -1 && top <= 1, `the data is cut off: ${box}`);
+  assert.ok(corners.every(([x, y]) => x <= end || y <= ceiling), `the data lies under the tools: ${box}`);
+  const beside = right <= end && Math.abs(left + right) > 0.1, below = top <= ceiling && Math.abs(top + bottom) > 0.1;
+  const [east, north] = [beside ? end : 1, below ? ceiling : 1];
+  assert.ok(right - left > 0.9 * (east + 1) || top - bottom > 0.9 * (north + 1), `the window is not filled: ${box}`);
+  assert.ok(Math.abs(left + right - (east - 1)) < 0.1 && Math.abs(top + bottom - (north - 1)) < 0.1, `the data is not in the middle: ${box}`);
+}
+
 export async function try_frame(page) {
-  for (const factor of ["5", "1"]) {
-    await page.fill("#exaggeration", factor);
-    await page.click("#home");
-    const [[left, right], [bottom, top]] = await box_of(page);
-    assert.ok(left >= -1 && right <= 1 && bottom >= -1 && top <= 1, `heights x ${factor}: the data is cut off: ${[left, right, bottom, top]}`);
-    assert.ok(right - left > 1.8 || top - bottom > 1.8, `heights x ${factor}: the window is not filled: ${[left, right, bottom, top]}`);
-    assert.ok(Math.abs(left + right) < 0.1 && Math.abs(top + bottom) < 0.1, "the data is not in the middle");
+  const before = page.viewportSize();
+  for (const [width, height] of [[900, 450], [360, 640], [before.width, before.height]]) {  // tools in a row, two columns
+    await page.setViewportSize({ width, height });
+    await some_frames(page);
+    for (const factor of ["5", "1"]) {
+      await page.evaluate((value) => {
+        const slider = document.getElementById("exaggeration");
+        slider.value = value;
+        slider.dispatchEvent(new Event("input"));
+        document.getElementById("home").click();
+      }, factor);
+      await assert_framed(page, `${width} x ${height}, heights x ${factor}`);
+    }
   }
   await tiles_loaded(page);
   const above = await page.evaluate(() => {
@@ -95,6 +119,23 @@ export async function try_frame(page) {
   });
   assert.ok(above > 0 && above < 60, `the camera is ${above} m above the ground`);  // the ray is not upright
   await page.click("#home");
+}
+
+// Sixty metres above ground that lies at 500 m: a distance on this ground, and not on the ellipsoid far below it, is what the bar says.
+export async function try_scale(page) {
+  const metres_a_pixel = await page.evaluate(() => {
+    const { scene, tileset, manifest: { bounds: [west, south, east, north, , high] } } = window.cordillera, { Cartesian2, Cartesian3 } = window.Cesium;
+    scene.camera.setView({ destination: Cartesian3.fromDegrees((west + east) / 2, (south + north) / 2, high + 60), orientation: { heading: 0, pitch: -Math.PI / 2, roll: 0 } });
+    scene.requestRender();
+    scene.render();
+    const { clientWidth, clientHeight } = scene.canvas, kAcross_px = 40;
+    const at = (dx) => tileset.pick(scene.camera.getPickRay(new Cartesian2(clientWidth / 2 + dx, clientHeight / 2)), scene.frameState, new Cartesian3());
+    return Cartesian3.distance(at(-kAcross_px / 2), at(kAcross_px / 2)) / kAcross_px;
+  });
+  await page.waitForFunction((wanted) => {
+    const [length, unit] = document.getElementById("scale-words").textContent.split(" "), pixels = parseFloat(document.getElementById("scale-bar").style.width);
+    return unit === "m" && Math.abs(parseFloat(length) / pixels / wanted - 1) < 0.05;
+  }, metres_a_pixel);
 }
 
 // All that dragging does is done by single clicks, too: turns and tilts by buttons, and a place comes to the middle by a double click.

@@ -12,7 +12,7 @@ import { try_asleep, try_choice, try_deleted, try_interrupted, try_last_choice, 
 import { try_live } from "./live.mjs";
 import { try_credits, try_failed_uploads, try_folding, try_low_window } from "./panel.mjs";
 import { try_relief, try_relief_of_folder } from "./relief.mjs";
-import { try_antimeridian, try_frame, try_rims_of_demo, try_turns } from "./framing.mjs";
+import { try_antimeridian, try_frame, try_rims_of_demo, try_scale, try_turns } from "./framing.mjs";
 import { try_contrast, try_docs, try_files_before_token, try_heights_by_keys, try_ring, try_token, try_zoomed } from "./unseen.mjs";
 import { try_viewshed } from "./viewshed.mjs";
 import { crack_share, heights_at, load_everything, luminance_deviation, look_straight_down, set_background } from "./views.mjs";
@@ -105,6 +105,7 @@ async function look_at_flat(browser) {
     assert.throws(() => assert_relief(deviation), /shades deviate/);
     console.log(`    ${deviation.toFixed(1)} of 255`);
   });
+  await check("scale: is of the ground that is seen", () => try_scale(page));
   await check("antimeridian: pictures lie on both sides; a look takes the place of another without a flash; Back goes back", () => try_antimeridian(page, given.flat, given.across));
   assert.deepEqual(complaints, [], "the browser complained");
 
