@@ -203,6 +203,12 @@ export function fill_ramps(names, wanted) {
   element("ramp-row").hidden = names.length === 0;
 }
 
+// Looks that a dataset cannot have stand in the list, but cannot be chosen. first: takes the place of one that an address names.
+export function leave_out_looks(names, first) {
+  for (const option of element("look").options) option.disabled = names.includes(option.value);
+  if (names.includes(element("look").value)) element("look").value = first;
+}
+
 // error_px: the error of what is drawn, in pixels.
 export const controls = () => ({
   wireframe: element("wireframe").checked, borders: element("borders").checked,

@@ -19,6 +19,10 @@ export const kPictures = {
   relief: ["atlas", "land", "viridis", "grey"], [kShadedRelief]: ["atlas", "land", "viridis", "grey"], "color-relief": ["atlas", "land", "viridis", "grey"], hillshade: [],
   slope: ["steep", "grey"], aspect: ["compass", "grey"],
 };
+// Looks that are pictures are in Web Mercator, which ends there: a dataset that lies beyond has none of them.
+const kMercatorEnd_deg = Cesium.Math.toDegrees(Cesium.WebMercatorProjection.MaximumLatitude);
+const kInMercator = [...Object.keys(kPictures), "imagery"];
+export const looks_without = ([, south, , north]) => (south < kMercatorEnd_deg && north > -kMercatorEnd_deg ? [] : kInMercator);
 // Those with their own light; the others are lit by the scene.
 const kDrawnWithLight = ["relief", kShadedRelief, "hillshade", "slope", "aspect"];
 

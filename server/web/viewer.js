@@ -7,8 +7,9 @@ import {
   camera_numbers, data_sphere, draw_after_moves, face_north, fly_home, kCloser, make_globe, metres_a_pixel, outline, set_camera, show_earth, stay_above, tilt, zoom,
 } from "./globe.js";
 import { steer_by_keys } from "./keyboard.js";
-import { hide_legend, legend_of, legend_of_tint, show_legend, show_scale } from "./legend.js";
-import { begin_with, camera_named, named, read_link, read_named, write_link } from "./link_state.js";
+import { hide_legend, show_scale } from "./legend.js";
+import { camera_named, named, read_link, read_named, write_link } from "./link_state.js";
+import { LookChoice } from "./look_choice.js";
 import { kPictures, kShadedRelief, Looks } from "./looks.js";
 import { is_loaded, preloaded } from "./preload.js";
 import { News } from "./news.js";
@@ -16,7 +17,7 @@ import { hide_welcome, show_welcome } from "./sample.js";
 import { base_of, fetched_bytes, fetch_json, newest_datasets, tiles_of } from "./service.js";
 import { SeaLevel } from "./sea_level.js";
 import { snippets_for } from "./snippets.js";
-import { relief_light, tint_stops } from "./terrain_style.js";
+import { relief_light } from "./terrain_style.js";
 import { asked_by_cesium, take_token } from "./token.js";
 import { Tools } from "./tools.js";
 import { tell } from "./unseen.js";
@@ -37,56 +38,12 @@ function report(error) {
   if (error.silent) news.wait();
 }
 
+const look_choice = new LookChoice(page);
+
 const first_look = () => panel.first_look_words(page.manifest, wanted.lazy);
 const home = () => (page.manifest ? fly_home(page.scene, page.manifest.bounds, panel.shares_taken()) : show_earth(page.scene.camera));
 
 // on: the page, or a tileset that is still to be shown, with its looks.
-let look_problem = "", looks_chosen = 0, looks_coming = 0;
-async function apply_look(on = page) {
-  const turn = ++looks_chosen;  // what an earlier choice is answered late is nobody's wish any more
-  const choice = panel.look();
-  panel.fill_ramps(kPictures[choice.look] ?? [], choice.ramp);
-  choice.ramp = panel.look().ramp;
-  // Provisional tiles go while they are looked at, and pictures of them would stay.
-  if (on.looks.manifest.provisional && choice.look in kPictures) choice.look = "height";
-  hide_legend();
-  panel.take_back(look_problem);
-  look_problem = "";
-  const say_of_look = (words) => {
-    if (turn !== looks_chosen) return;
-    if (words) panel.say(words, "problem");
-    else panel.take_back(look_problem);
-    look_problem = words;
-  };
-  ++looks_coming;
-  try {
-    const about = await on.looks.show(choice.look, choice, say_of_look);
-    if (turn === looks_chosen && about?.ramp) show_legend(legend_of(choice.look, about));
-  } catch (error) {
-    // A folder of finished tiles has pictures only if it was built with them; nobody asked for the first look.
-    const expected = error.type === "urn:cordillera:problem:not-in-folder" && choice.look === "relief";
-    if (!expected) say_of_look(String(error.message || error));
-  } finally {
-    --looks_coming;
-  }
-  if (turn === looks_chosen && on.looks.look === "height") show_legend(legend_of_tint(tint_stops(...on.looks.manifest.bounds.slice(4))));
-  page.scene.requestRender();
-}
-
-// The look that a dataset has at first: pictures that it names, else its relief.
-// texture: a photo that is on the tiles themselves.
-function begin_look(imagery, texture) {
-  begin_with("imagery", imagery || "");
-  begin_with("look", imagery ? "imagery" : texture ? "plain" : "relief");
-  panel.show_values();
-}
-
-// What the slider of errors has, until somebody moves it.
-function begin_detail(looks) {
-  begin_with("detail", looks.first_detail(panel.look().look));
-  panel.show_values();
-}
-
 function apply_controls(on = page) {
   const { wireframe, borders, exaggeration, error_px } = panel.controls();
   on.tileset.debugWireframe = wireframe;
@@ -122,7 +79,8 @@ async function show_dataset(id, words = "") {
   if (!again) page.tilesLoaded = false;
   const manifest = await fetch_json(`${base}/manifest.json`, () => turn === showing);
   if (turn !== showing) return;
-  begin_look(manifest.options?.imagery);
+  if (!page.scene) return show_words(id, manifest, words);
+  look_choice.begin(manifest);
   const { url, normal_maps } = await tiles_of(base, manifest, panel.look().look === kShadedRelief);
   const tileset = await Cesium.Cesium3DTileset.fromUrl(asked_by_cesium(url), { show: !again, enablePick: true, enableDebugWireframe: true })
     .catch((error) => { throw error.statusCode === 404 ? no_meshes(base) : error; });
@@ -130,9 +88,9 @@ async function show_dataset(id, words = "") {
   page.scene.primitives.add(tileset);
   if (!manifest.provisional) tileset.tileFailed.addEventListener((failed) => news.tell_of_tile(tileset, failed).catch(report));
   const looks = new Looks(page.scene, tileset, manifest, { base, normal_maps, on_failed: () => news.tell_of_picture(tileset).catch(report) });
-  begin_look(manifest.options?.imagery, tileset.asset?.extras?.texture);
-  begin_detail(looks);
-  const looked = apply_look({ looks });
+  look_choice.begin(manifest, tileset.asset?.extras?.texture);
+  look_choice.begin_detail(looks);
+  const looked = look_choice.apply({ looks });
   apply_controls({ tileset, looks });
   const same = page.version === wanted.version && !page.manifest?.provisional;
   if (again) {
@@ -313,7 +271,7 @@ function watch_frames(scene) {
   });
   scene.postRender.addEventListener(() => {
     const { tileset } = page;
-    page.tilesLoaded = coming.left === 0 && looks_coming === 0 && is_loaded(tileset);
+    page.tilesLoaded = coming.left === 0 && look_choice.coming === 0 && is_loaded(tileset);
     if (placeholder && is_loaded(tileset)) await_terrain(null);
     if (tileset) panel.show_drawn(tileset.statistics.numberOfTrianglesSelected, fetched_bytes());
   });
@@ -335,7 +293,7 @@ const on_page = {
   look: (changed) => {
     const { look, imagery } = panel.look(), shaded = look === kShadedRelief, pictures = look in kPictures || (look === "imagery" && imagery);
     if (changed === "look") panel.fill_ramps([], "");
-    if (changed === "look" && page.looks) begin_detail(page.looks);
+    if (changed === "look" && page.looks) look_choice.begin_detail(page.looks);
     // Other tiles, or pictures: CesiumJS would draw nothing of a tile until it has its picture. What is on its way has the look of before.
     const others = !page.manifest?.provisional && (pictures || (changed === "look" && shaded !== page.looks?.normal_maps));
     const again = coming.left > 0 && wanted.id;
@@ -345,7 +303,7 @@ const on_page = {
     }
     if (changed === "look" && page.tileset) apply_controls();
     write_link();
-    return apply_look();
+    return look_choice.apply();
   },
   controls: () => { write_link(); apply_controls(); },
   home, link: () => { write_place(); return window.location.href; },
