@@ -105,8 +105,9 @@ function pixels_text(source) {
   return error && `at most ${metres(error.max)} off the raster’s pixels, 99 % within ${metres(error.p99)}, RMSE ${metres(error.rmse)}`;
 }
 
-// Several rasters have one size or none.
-function size_text(source) {
+// What is stated of several rasters is the first one's.
+function size_text(source, rasters) {
+  if (rasters > 1) return `${rasters} rasters`;
   return source.columns > 0 && `${source.columns} × ${source.rows} pixels`;
 }
 
@@ -114,11 +115,12 @@ function size_text(source) {
 const breakable = (text) => text.split(/(?<=[_-])/).flatMap((part, k) => (k === 0 ? [part] : [make("wbr", ""), part]));
 
 export function show_manifest(manifest) {
-  const source = manifest.source || {};
+  const source = manifest.source || {}, { provisional } = manifest;
   element("title").replaceChildren(...breakable(label_of(manifest)));
   element("facts").textContent = [
-    size_text(source), source.crs, heights_text(source), pixels_text(source),
-    `${manifest.triangles.toLocaleString("en")} triangles in ${manifest.tiles.toLocaleString("en")} tiles`, ...(manifest.notes || [])].filter(Boolean).join(" · ");
+    size_text(source, manifest.sources?.length), source.crs, heights_text(source), !provisional && pixels_text(source),
+    `${provisional ? "first look: " : ""}${manifest.triangles.toLocaleString("en")} triangles in ${manifest.tiles.toLocaleString("en")} tiles`, ...(manifest.notes || []),
+  ].filter(Boolean).join(" · ");
   element("levels").replaceChildren(...manifest.levels.map(level_row));
   element("attribution").textContent = manifest.attribution || "";
   element("details").hidden = false;

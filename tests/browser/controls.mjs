@@ -78,6 +78,7 @@ export async function try_draft(page, url, raster) {
   assert.equal(manifest.options.error, 77);
   assert.equal(manifest.sources.length, 2);
   await tiles_loaded(page);
+  assert.match(await page.textContent("#facts"), /^2 rasters · /);
   assert.equal(await page.inputValue("#option-error"), "", "an option of one dataset is there for the next one");
   await page.fill("#option-error", "55");
   await page.click("#options > summary");

@@ -29,6 +29,9 @@ export async function try_live(browser, url, id, job) {
   const { page, complaints } = await open_dataset(browser, url, id, kTiny);
   assert.equal(await page.evaluate(() => window.cordillera.manifest.provisional), true, "the build is over already");
   assert.match(await page.textContent("#message"), /first look/);
+  const facts = await page.textContent("#facts");
+  assert.match(facts, / · first look: [\d,]+ triangles in /);
+  assert.doesNotMatch(facts, / off the raster’s pixels|farther from the finest level/, "an error of a first look is stated");
   const errors = await page.$$eval("#levels tr", (rows) => rows.map(({ cells }) => cells[3].textContent));
   assert.deepEqual(new Set(errors), new Set(["not known yet"]), "an error of provisional tiles is stated");
   await set_background(page, "#ff00ff");
