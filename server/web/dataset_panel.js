@@ -41,6 +41,18 @@ export function say_for(words, milliseconds) {
   setTimeout(() => take_back(words), milliseconds);
 }
 
+// Files that are no part of what was posted. It stays beside other words, until somebody adds, chooses or removes something.
+export function say_left_out(words) {
+  element("left-out").textContent = words;
+}
+
+// The page without its terrain: it stays for as long as the page does.
+export function tell_no_globe() {
+  document.body.classList.add("no-globe");
+  element("no-globe").hidden = false;
+  unfold(true);
+}
+
 export const label_of = (dataset) => dataset.title || dataset.name || dataset.id;
 // Of two with one name, the end of the id tells which is which.
 const labels_of = (datasets) => datasets.map((one) => {

@@ -7,15 +7,15 @@ const kMostPixelsAPoint = 2;
 
 const kEarth = "Natural Earth II";
 
-export function make_globe() {
+// on_error(error): nothing is drawn any more. Gives null where the browser cannot draw at all.
+export function make_globe(on_error) {
   // The default credit is the logo of a hosted service that this page does not use.
   Cesium.CreditDisplay.cesiumCredit = new Cesium.Credit('<a href="https://cesium.com/cesiumjs/" rel="noreferrer">CesiumJS</a>', true);
-  const widget = new Cesium.CesiumWidget("globe", {
-    baseLayer: natural_earth(), scene3DOnly: true, msaaSamples: 4, useBrowserRecommendedResolution: false,
-    requestRenderMode: true, maximumRenderTimeChange: Infinity,  // nothing moves by itself: a page that lies open costs nothing
-  });
+  const widget = widget_or_null();
+  if (!widget) return null;
   widget.resolutionScale = Math.min(window.devicePixelRatio, kMostPixelsAPoint) / window.devicePixelRatio;
   const scene = widget.scene;
+  scene.renderError.addEventListener((_, { message }) => on_error(new Error(`The terrain cannot be drawn any more: ${message}. Load the page again.`)));
   leave_out_copyrights_of_tiles(widget);
   scene.globe.baseColor = Color.fromCssColorString("#24384c");
   scene.globe.enableLighting = false;
@@ -24,6 +24,18 @@ export function make_globe() {
   Object.assign(scene.fog, { enabled: true, visualDensityScalar: 0.4 });
   scene.screenSpaceCameraController.enableCollisionDetection = false;
   return widget;
+}
+
+// CesiumJS's own words of errors would cover the page.
+function widget_or_null() {
+  try {
+    return new Cesium.CesiumWidget("globe", {
+      baseLayer: natural_earth(), scene3DOnly: true, msaaSamples: 4, useBrowserRecommendedResolution: false, showRenderLoopErrors: false,
+      requestRenderMode: true, maximumRenderTimeChange: Infinity,  // nothing moves by itself: a page that lies open costs nothing
+    });
+  } catch {
+    return null;
+  }
 }
 
 // A tile's own copyright is text, and CesiumJS takes it for HTML: pictures in it would be fetched from anywhere. The tileset says the same as HTML.

@@ -8,11 +8,14 @@ const kSilent = "The service does not answer. What is missing here comes as soon
 const kChanged = "This dataset has changed: this is its new version.";
 const kAnswers = ["The service answers again.", 4000];
 
+// Nobody answers, or a proxy does in the place of the service.
+const is_silence = (status) => !status || status >= 502;
+
 export class News {
   // page, wanted: what is shown, and what somebody chose. on.open(id, words), on.again(): the same dataset with all of its tiles asked for anew;
   // on.gone(), on.report(error).
   constructor(page, wanted, on) {
-    Object.assign(this, { page, wanted, on, silence: null, asked: null, anew: null, missed: new WeakMap() });
+    Object.assign(this, { page, wanted, on, silence: null, missing: false, asked: null, anew: null, missed: new WeakMap() });
     window.setInterval(() => this.look(), kNews_ms);
     document.addEventListener("visibilitychange", () => this.look());
   }
@@ -21,9 +24,10 @@ export class News {
   async look() {
     const { page, wanted } = this, { id, version } = wanted;
     if (document.visibilityState !== "visible" || !version || page.id !== id || page.manifest.provisional) return;
-    const now = await fetch_json(base_of(id)).catch(({ status }) => (status === 404 ? kGone : null));  // the service may be away for a moment
+    const now = await fetch_json(base_of(id)).catch(({ status }) => (status === 404 ? kGone : is_silence(status) ? kSilent : null));
     if (!now || wanted.id !== id || wanted.version !== version) return;
-    if (now === kGone) this.tell_gone();
+    if (now === kSilent) this.wait(() => this.look()).catch(this.on.report);
+    else if (now === kGone) this.tell_gone();
     else if (now.version !== version) await this.on.open(id, kChanged);
   }
 
@@ -59,20 +63,21 @@ export class News {
   }
 
   answers() {
-    return fetch_json(this.wanted.id ? base_of(this.wanted.id) : "v1").then(() => true, ({ status }) => Boolean(status) && status < 502);
+    return fetch_json(this.wanted.id ? base_of(this.wanted.id) : "v1").then(() => true, ({ status }) => !is_silence(status));
   }
 
-  // Until it answers. Then what could not be had is asked for again.
-  wait() {
-    return this.silence ??= this.wait_for_answer();
+  // Until it answers. Then what could not be had is asked for again. then(): in the place of that, where nothing is known to be missing.
+  wait(then = null) {
+    this.missing ||= !then;
+    return this.silence ??= this.wait_for_answer(then);
   }
-  async wait_for_answer() {
+  async wait_for_answer(then) {
     panel.say(kSilent, "problem");
-    do await new Promise((then) => setTimeout(then, kSilence_ms)); while (!(await this.answers()));
+    do await new Promise((over) => setTimeout(over, kSilence_ms)); while (!(await this.answers()));
+    const again = this.missing ? this.on.again : then;
+    Object.assign(this, { anew: null, silence: null, missing: false });  // it may fall silent again meanwhile
     this.page.error = null;
-    this.anew = null;
     panel.say_for(...kAnswers);
-    this.silence = null;  // it may fall silent again meanwhile
-    await this.on.again();
+    await again();
   }
 }

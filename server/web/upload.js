@@ -87,16 +87,20 @@ const unfit = ({ name, size }) => (kStray.test(name) ? "is no raster" : size ===
 function fit_of(files, on_left_out) {
   if (files.length < 2) return files;
   const left_out = files.filter(unfit);
-  if (left_out.length === files.length) return files;
-  if (left_out.length > 0) on_left_out(`Left out: ${left_out.map((file) => `${file.name} ${unfit(file)}`).join(", ")}.`);
+  if (left_out.length === 0 || left_out.length === files.length) return files;
+  on_left_out(`Left out: ${left_out.map((file) => `${file.name} ${unfit(file)}`).join(", ")}.`);
   return files.filter((file) => !unfit(file));
 }
 
-// Files dropped anywhere on the page, or chosen. on_files(files); on_left_out(words): some of them are not among these.
+// Files dropped anywhere on the page, or chosen. on_files(files); on_left_out(words): some of them are not among these; "" where all are.
 export function take_files(on_files, on_left_out) {
   const drop = document.getElementById("drop"), input = document.getElementById("file");
   document.getElementById("browse").onclick = () => input.click();
-  const take = (files) => { if (files.length > 0) on_files(fit_of([...files], on_left_out)); };
+  const take = (files) => {
+    if (files.length === 0) return;
+    on_left_out("");
+    on_files(fit_of([...files], on_left_out));
+  };
   input.onchange = () => { take(input.files); input.value = ""; };
   // A text that is dragged is none of the page's business.
   const over = (shown) => (event) => {

@@ -72,6 +72,20 @@ function await_terrain(bounds) {
 // Later answers of an earlier call must not take the place of a later one's.
 let showing = 0;
 
+function tell_of(base, manifest) {
+  panel.show_manifest(manifest);
+  panel.show_demos(base);
+  panel.show_snippets(snippets_for(new URL(base, document.baseURI).href, manifest.bounds));
+}
+
+// All that there is of a dataset where the browser draws none.
+function show_words(id, manifest, words) {
+  Object.assign(page, { id, version: wanted.version, manifest });
+  hide_welcome();
+  tell_of(base_of(id), manifest);
+  panel.say_state([words, first_look()].filter(Boolean).join(" "), words !== "");
+}
+
 // words: what is said when it is shown.
 async function show_dataset(id, words = "") {
   const base = base_of(id), turn = ++showing;
@@ -107,11 +121,9 @@ async function show_dataset(id, words = "") {
   if (!again) await_terrain(manifest.bounds);
   page.scene.light = relief_light(data_sphere(manifest.bounds).center);
   page.scene.requestRender();
-  panel.show_manifest(manifest);
+  tell_of(base, manifest);
   if (!again) tools.stop();
   else if (page.viewshed.place && !same) page.viewshed.take(page.viewshed.place);  // from other heights
-  panel.show_demos(base);
-  panel.show_snippets(snippets_for(new URL(base, document.baseURI).href, manifest.bounds));
   if (!again && !set_camera(page.scene.camera, camera_named())) home();
   panel.say_state([words, first_look()].filter(Boolean).join(" "), words !== "");
 }
@@ -143,6 +155,13 @@ async function open_dataset(id, words) {
 }
 const open = (id, words) => on_its_way(id, open_dataset(id, words));
 
+// What the address names, with what is seen from where.
+async function open_named(id) {
+  const [longitude, latitude] = (named("seen_from") ?? "").split(",").map(Number);  // before another dataset's is forgotten
+  await open(id);
+  if (page.id === id && id === wanted.id && Number.isFinite(longitude) && Number.isFinite(latitude)) page.viewshed?.take({ longitude, latitude });
+}
+
 function choose(id, words) {
   builds.stay();
   write_link({ dataset: id });
@@ -156,7 +175,14 @@ function open_again() {
   return page.id === id ? on_its_way(id, show_dataset(id)) : open(id);
 }
 
-const news = new News(page, wanted, { open, again: open_again, gone: () => list_datasets().catch(report), report });
+const on_news = {
+  open, again: open_again, report,
+  gone: () => {
+    ++showing;  // its other version may be on its way
+    return list_datasets().catch(report);
+  },
+};
+const news = new News(page, wanted, on_news);
 
 // Other provisional tiles than those that are seen, told as in the event. They load one tileset after the other, however fast they come.
 let due = null;
@@ -173,7 +199,7 @@ async function sharpen(id, told) {
 
 async function list_datasets() {
   page.datasets = await newest_datasets();
-  panel.fill_dataset_list(page.datasets, choose);
+  panel.fill_dataset_list(page.datasets, (id) => { panel.say_left_out(""); choose(id); });
   panel.select_dataset(wanted.id);
   panel.fill_failed_list(page.datasets, (id) => delete_dataset(id).then(list_datasets).catch(report));
 }
@@ -188,6 +214,7 @@ function label_of_id(id) {
 async function remove() {
   const { id } = wanted, label = label_of_id(id);
   if (!id || !(await is_to_go(label))) return;
+  panel.say_left_out("");
   await builds.forget(id, delete_dataset(id));
   await leave(id, `“${label}” is deleted.`);
 }
@@ -227,19 +254,24 @@ async function leave(id, words, back_to = null) {
 
 // There is nothing to be looked at.
 function clear() {
+  const { scene, tileset } = page;
+  Object.assign(page, { id: null, manifest: null, tileset: null, looks: null });
+  panel.hide_manifest();
+  if (!scene) return;
   tools.stop();
   await_terrain(null);
-  if (page.tileset) page.scene.primitives.remove(page.tileset);
-  Object.assign(page, { id: null, manifest: null, tileset: null, looks: null });
+  if (tileset) scene.primitives.remove(tileset);
   hide_legend();
-  panel.hide_manifest();
   home();
 }
 const draft = new Draft(builds.post);
 const offer_sample = () => show_welcome((file) => { hide_welcome(); draft.take([file]); }, report);
 
 const on_builds = {
-  cancelled: (id) => leave(id, "Its build was cancelled, and it is deleted.", before).catch(report),
+  cancelled: (id) => {
+    panel.say_left_out("");
+    return leave(id, "Its build was cancelled, and it is deleted.", before).catch(report);
+  },
   lazy: (id, is_lazy) => {
     if (wanted.lazy === is_lazy) return;
     wanted.lazy = is_lazy;
@@ -315,40 +347,45 @@ const on_page = {
 
 const tools = new Tools(page, report);
 
-async function start() {
-  panel.start_folding();
-  read_link();
-  page.widget = make_globe();
+// False where the browser cannot draw one.
+function start_globe() {
+  page.widget = make_globe(report);
+  if (!page.widget) return false;
   page.scene = page.widget.scene;
   watch_frames(page.scene);
   draw_after_moves(page.scene);
   tools.make();
   steer_by_keys(document.getElementById("globe"), page.scene.camera, home, () => tools.take_middle());
-  panel.on_controls(on_page);
-  builds.on_builds(on_builds);
-  take_token(() => draft.take_token());
-  take_files((files) => draft.take(files), panel.say);
   window.addEventListener("hashchange", () => {  // a link that was put into this tab
     if (set_camera(page.scene.camera, camera_named())) page.scene.requestRender();
   });
+  show_earth(page.scene.camera);
+  return true;
+}
+
+async function start() {
+  panel.start_folding();
+  read_link();
+  if (!start_globe()) panel.tell_no_globe();
+  panel.on_controls(on_page);
+  builds.on_builds(on_builds);
+  take_token(() => draft.take_token());
+  take_files((files) => draft.take(files), panel.say_left_out);
   window.addEventListener("popstate", () => {  // back to another dataset
     const id = named("dataset");
     if (!id || id === wanted.id) return;
     builds.stay();
     read_named();
     panel.show_values();
-    open(id);
+    open_named(id);
   });
-  show_earth(page.scene.camera);
   wanted.id = named("dataset");
   const listed = list_datasets();
   if (wanted.id) listed.catch(report);
   else await listed;
   const id = wanted.id || first_of(page.datasets)?.id;
   if (!id) return offer_sample();
-  const [longitude, latitude] = (named("seen_from") ?? "").split(",").map(Number);  // before another dataset's is forgotten
-  await open(id);
-  if (page.id === id && Number.isFinite(longitude) && Number.isFinite(latitude)) page.viewshed.take({ longitude, latitude });
+  return open_named(id);
 }
 
 start().catch(report);

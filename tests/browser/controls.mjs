@@ -28,7 +28,8 @@ export async function try_upload(browser, url, raster) {
   const before = await page.$$eval("#datasets option", (options) => options.map(({ value }) => value));
   await page.route("**/v1/datasets?limit=500", (route) => route.continue({ url: route.request().url().replace("500", "1") }));  // a list of many pages
   await hear(page);
-  await page.setInputFiles("#file", raster);
+  const stray = { name: "readme.pdf", mimeType: "application/pdf", buffer: Buffer.from("no raster") };
+  await page.setInputFiles("#file", [{ name: "part.tif", mimeType: "image/tiff", buffer: readFileSync(raster) }, stray]);
   await page.waitForFunction((count) => document.querySelectorAll("#datasets option").length === count + 1, before.length);
   const id = await page.evaluate(() => document.getElementById("datasets").value);
   assert.ok(!before.includes(id), "the new dataset is not the one that is shown");
@@ -36,6 +37,7 @@ export async function try_upload(browser, url, raster) {
   for (const words of ["^sending part.tif, ", "^part.tif is ready"]) await heard(page, words);
   await tiles_loaded(page);
   assert.equal(await page.isHidden("#going"), true, "the progress is still there");
+  assert.equal(await page.textContent("#left-out"), "Left out: readme.pdf is no raster.", "what was left out is not said any more");
   assert.match(await page.textContent("#drawn"), /[1-9][\d,]* triangles on screen · [\d.]+ MB/);
   assert.deepEqual(complaints, [], "the browser complained");
   return page;
@@ -52,7 +54,7 @@ export async function try_draft(page, url, raster) {
   await page.click("#upload > summary");
   const empty = Buffer.alloc(0);
   await page.setInputFiles("#file", [["north.tif", buffer], ["empty.tif", empty], ["south.tif", buffer]].map(([name, content]) => ({ name, mimeType: "image/tiff", buffer: content })));
-  assert.equal(await page.textContent("#message"), "Left out: empty.tif is empty.");
+  assert.equal(await page.textContent("#left-out"), "Left out: empty.tif is empty.");
   await page.waitForFunction(() => {
     const { top, bottom } = document.getElementById("build").getBoundingClientRect(), panel = document.getElementById("panel").getBoundingClientRect();
     return bottom > top && top >= panel.top && bottom <= panel.bottom;
@@ -84,6 +86,7 @@ export async function try_draft(page, url, raster) {
   await page.click("#options > summary");
   await page.setInputFiles("#file", [{ name: "north.tif", mimeType: "image/tiff", buffer }]);
   await said("at most 55 m off");  // what nobody sees is not applied
+  assert.equal(await page.textContent("#left-out"), "", "what other files lacked is still said");
   await page.click("#drop-draft");
   await page.fill("#option-error", "");
   await page.click("#options > summary");

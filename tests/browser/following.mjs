@@ -141,6 +141,40 @@ async function try_silence(page) {
   assert.equal(await page.evaluate(() => window.cordillera.error), null);
 }
 
+// Nobody answers a page that lies open and lacks nothing: it says so, and that it is over, and goes on with the tiles that it has.
+async function try_idle_silence(page) {
+  const all = "**/v1/**", before = await page.evaluateHandle(() => window.cordillera.tileset);
+  await page.route(all, (route) => route.fulfill({ status: 502, body: "Bad Gateway" }));
+  await page.evaluate(() => document.dispatchEvent(new Event("visibilitychange")));
+  await was_said(page, "^The service does not answer\\. ");
+  await page.unroute(all);
+  await was_said(page, "^The service answers again");
+  assert.ok(await page.evaluate((tileset) => window.cordillera.tileset === tileset, before), "what the page has is asked for anew");
+}
+
+// Somebody deletes the dataset while another version of it is on its way: that it is gone is what stays.
+export async function try_deleted_version(browser, url, raster) {
+  const { id } = await (await fetch(`${url}/v1/datasets?name=short-lived.tif`, { method: "POST", body: readFileSync(raster), headers: { Prefer: "wait" } })).json();
+  const { page } = await open_dataset(browser, url, id, kTiny), look = () => page.evaluate(() => document.dispatchEvent(new Event("visibilitychange")));
+  let release;
+  const released = new Promise((then) => { release = then; }), asked = page.waitForRequest(/\/tiles\//);
+  await page.route(/\/tiles\//, (route) => released.then(() => route.fallback()));
+  assert.equal((await fetch(`${url}/v1/datasets/${id}?title=another`, { method: "PATCH" })).status, 200);
+  await look();
+  await asked;
+  assert.equal((await fetch(`${url}/v1/datasets/${id}`, { method: "DELETE" })).status, 204);
+  await look();
+  await was_said(page, "not there any more");
+  release();
+  await page.waitForFunction(() => {
+    const { primitives } = window.cordillera.scene, all = Array.from({ length: primitives.length }, (_, k) => primitives.get(k));
+    return all.filter((one) => one instanceof window.Cesium.Cesium3DTileset).length === 1;
+  });
+  await some_frames(page);
+  assert.match(await page.textContent("#message"), /not there any more/, "its new version is said in its place");
+  await page.close();
+}
+
 // Somebody deletes the dataset that is shown. The page says so, also where a tile is the first that tells, and does not offer it any more.
 export async function try_deleted(browser, url, raster) {
   const delete_it = async (id) => assert.equal((await fetch(`${url}/v1/datasets/${id}`, { method: "DELETE" })).status, 204);
@@ -148,7 +182,8 @@ export async function try_deleted(browser, url, raster) {
     const body = readFileSync(raster), headers = { Prefer: "wait" };
     const { id } = await (await fetch(`${url}/v1/datasets?name=short-lived.tif`, { method: "POST", body, headers })).json();
     const { page } = await open_dataset(browser, url, id, kTiny);
-    if (told_by === "tile") await try_silence(page);
+    if (told_by === "look") await try_idle_silence(page);
+    else await try_silence(page);
     await delete_it(id);
     if (told_by === "look") await page.evaluate(() => document.dispatchEvent(new Event("visibilitychange")));
     else await page.evaluate(() => { window.cordillera.tileset.tileFailed.raiseEvent({ url: "a/tile", message: "404" }); });

@@ -1,5 +1,5 @@
 // Looks at the viewer as a person would: does it load, is there relief, are there cracks, is it in the right place?
-//   node look.mjs --chromium PATH --url URL --empty URL --terrain ID --flat ID --across ID --failed ID,ID --known known.json
+//   node look.mjs --chromium PATH --url URL --empty URL --terrain ID --flat ID --across ID --polar ID --failed ID,ID --known known.json
 //     --folder ID --raster FILE --bad FILE --held ID --job PROCESS --lazy ID --lazy-url URL --fine FILE --pictures FOLDER
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -8,9 +8,9 @@ import { parseArgs } from "node:util";
 import { kTerrainAlone, open_dataset, with_browser } from "./browser.mjs";
 import { kSmall, try_bad_upload, try_draft, try_folder, try_imagery, try_keys, try_link, try_link_of_controls, try_looks, try_phone, try_pointer, try_profile, try_refusals, try_sample, try_snippets, try_upload } from "./controls.mjs";
 import { try_cancel, try_delete, try_delete_of_last, try_delete_of_unfinished, try_mounted, try_rename } from "./change.mjs";
-import { try_asleep, try_choice, try_deleted, try_interrupted, try_last_choice, try_lazy, try_new_version } from "./following.mjs";
+import { try_asleep, try_choice, try_deleted, try_deleted_version, try_interrupted, try_last_choice, try_lazy, try_new_version } from "./following.mjs";
 import { try_live } from "./live.mjs";
-import { try_credits, try_failed_uploads, try_folding, try_low_window } from "./panel.mjs";
+import { try_credits, try_failed_uploads, try_folding, try_low_window, try_polar, try_uncovered, try_without_webgl } from "./panel.mjs";
 import { try_relief, try_relief_of_folder } from "./relief.mjs";
 import { try_antimeridian, try_frame, try_rims_of_demo, try_scale, try_turns } from "./framing.mjs";
 import { try_contrast, try_docs, try_files_before_token, try_heights_by_keys, try_ring, try_token, try_zoomed } from "./unseen.mjs";
@@ -22,7 +22,7 @@ const kLeastRelief = 6;
 // Geoid interpolation, float32 positions, and steps of 2^-10 m.
 const kHeightTolerance_m = 0.2;
 
-const names = ["chromium", "url", "empty", "terrain", "flat", "across", "failed", "known", "folder", "raster", "bad", "held", "job", "lazy", "lazy-url", "fine", "pictures"];
+const names = ["chromium", "url", "empty", "terrain", "flat", "across", "polar", "failed", "known", "folder", "raster", "bad", "held", "job", "lazy", "lazy-url", "fine", "pictures"];
 const { values: given } = parseArgs({ options: Object.fromEntries(names.map((name) => [name, { type: "string" }])) });
 
 // What others of these prove in part is left to tests/run.sh --all: drawing in software takes most of the time of all tests.
@@ -116,6 +116,7 @@ async function look_at_flat(browser) {
   await page.screenshot({ path: `${given.pictures}/failed.png` });
   await check("version: another one takes the place of the one that is shown", () => try_new_version(page, given.url, given.flat, "flat_ground_at_500_metres_in_the_alps_again"));
   await check("panel: folds, and is small on a small window", () => try_folding(page));
+  await check("panel: nothing covers the tools", () => try_uncovered(page));
   await check_if(all, "panel: a window of 750 px holds all of it", () => try_low_window(page));
   await page.close();
 }
@@ -141,6 +142,8 @@ async function use_controls(browser) {
   await page.close();
   await check_if(all, "controls: a phone, in light colours", () => try_phone(browser, given.url, given.terrain, `${given.pictures}/phone.png`));
   await check("welcome: an empty service opens the sample", () => try_sample(browser, given.empty));
+  await check("polar: has no pictures, and none is asked for", () => try_polar(browser, given.url, given.polar));
+  await check("without WebGL: the list and all else that is no picture", () => try_without_webgl(browser, given.url, { terrain: given.terrain, other: given.flat }));
   await check("credits: an attribution is text, whatever it has of HTML", () => try_credits(browser, given.url, given.flat));
   await check("pictures: reach the rims of tiles on the page for CesiumJS", () => try_rims_of_demo(browser, given.url, given.terrain));
   await check_if(all, "imagery: pictures that a dataset names are its first look", () => try_imagery(browser, given.url, given.flat, given.terrain));
@@ -173,6 +176,7 @@ await with_browser(given.chromium, async (browser) => {
   await check("delete: of what is being built is told as such", () => try_delete_of_unfinished(browser, given["lazy-url"], given.lazy));
   await check("asleep: is woken by whoever opens it", () => try_asleep(browser, given.url, given.terrain));
   await check("deleted, or not answered for: is said of the dataset that is shown", () => try_deleted(browser, given.url, given.raster));
+  await check("deleted: while another version is on its way", () => try_deleted_version(browser, given.url, given.raster));
   await check("relief: shaded from normal maps, as the service's picture is", () => try_relief(browser, given.url, given.terrain));
   await check_if(all, "relief: a folder of finished tiles has the picture", () => try_relief_of_folder(browser, given.url, given.folder));
   await look_at_terrain(browser);

@@ -1,7 +1,7 @@
 // The page's panel: failed uploads apart and deletable, and small on a small window.
 import assert from "node:assert/strict";
 
-import { open_dataset, open_page, some_frames, tiles_loaded } from "./browser.mjs";
+import { new_page, open_dataset, open_page, some_frames, tiles_loaded } from "./browser.mjs";
 import { kTiny } from "./controls.mjs";
 
 const share_of = (page) => page.evaluate(() => {
@@ -64,6 +64,78 @@ export async function try_folding(page) {
   await page.click("#fold");
   assert.ok((await share_of(page)) < 0.1, "it does not fold again");
   await page.setViewportSize(before);
+}
+
+// What of the panel and of what stands at the foot lies over the tools, and which buttons are covered. What lets clicks through covers, too.
+const over_the_tools = (page, card) => page.evaluate((shown) => {
+  const rect = (id) => document.getElementById(id).getBoundingClientRect(), tools = rect("tools");
+  const over = ["panel", "profile", "viewshed", "legend", "scale", "position"].filter((id) => {
+    const { left, top, right, bottom, width } = rect(id);
+    return width > 0 && right > tools.left && left < tools.right && bottom > tools.top && top < tools.bottom;
+  });
+  return over.concat(["fold", `${shown}-close`].filter((id) => {
+    const { left, top, width, height } = rect(id);
+    return !document.getElementById(id).contains(document.elementFromPoint(left + width / 2, top + height / 2));
+  }));
+}, card);
+
+// In windows of all shapes: beside long words in the panel, a card and all else that stands at the foot.
+export async function try_uncovered(page) {
+  const before = page.viewportSize(), put = (id, shown) => page.evaluate(([one, wanted]) => { document.getElementById(one).hidden = !wanted; }, [id, shown]);
+  const had = await page.evaluate(() => ["message", "place", "profile-words"].map((id) => {
+    const { textContent } = document.getElementById(id);
+    document.getElementById(id).textContent = "Words that are as long as those of a service that has much to say. ";
+    return [id, textContent];
+  }));
+  for (const [width, height] of [[900, 500], [500, 350], [720, 420], [1100, 650], [701, 700], [640, 440]]) {
+    await page.setViewportSize({ width, height });
+    for (const card of ["profile", "viewshed"]) {
+      await put(card, true);
+      await some_frames(page);  // the foot follows the panel
+      assert.deepEqual(await over_the_tools(page, card), [], `${width} x ${height}: covered, with the ${card}`);
+      await put(card, false);
+    }
+  }
+  await page.evaluate((all) => { for (const [id, words] of all) document.getElementById(id).textContent = words; }, had);
+  await page.setViewportSize(before);
+}
+
+// A browser without WebGL: one sentence, and all that needs no picture.
+export async function try_without_webgl(browser, url, { terrain, other }) {
+  const page = await new_page(browser, { viewport: kTiny.viewport });
+  const errors = [];
+  page.on("pageerror", (error) => errors.push(String(error)));
+  page.on("console", (message) => { if (message.type() === "error") errors.push(message.text()); });
+  await page.addInitScript(() => { HTMLCanvasElement.prototype.getContext = () => null; });
+  await page.goto(`${url}/?dataset=${terrain}`);
+  await page.waitForSelector("#details:not([hidden])");
+  assert.match(await page.textContent("#no-globe"), /^This browser has no WebGL, so the terrain is not drawn\. /);
+  assert.deepEqual([await page.isVisible(".cesium-widget-errorPanel"), await page.isVisible("#tools"), await page.isVisible("#look")], [false, false, false]);
+  assert.match(await page.textContent("#facts"), / triangles in /);
+  await page.selectOption("#datasets", other);
+  await page.waitForFunction((wanted) => window.cordillera.id === wanted, other);
+  assert.equal(new URL(page.url()).searchParams.get("dataset"), other);
+  assert.ok((await page.textContent("#snippet")).includes(`/v1/datasets/${other}`), "its address cannot be taken");
+  assert.deepEqual([await page.textContent("#message"), errors], ["", []]);
+  await page.close();
+}
+
+// A dataset around a pole has no pictures in Web Mercator: none is asked for, not even by a link that names one, and the list has them as off.
+export async function try_polar(browser, url, id) {
+  for (const query of ["", "&look=slope"]) {
+    const { page, complaints, asked } = await open_page(browser, `${url}/?dataset=${id}${query}`, kTiny);
+    await tiles_loaded(page);
+    const { look, off, shown } = await page.evaluate(() => {
+      const options = [...document.getElementById("look").options].filter(({ disabled }) => disabled);
+      return { look: document.getElementById("look").value, off: options.map(({ value }) => value), shown: window.cordillera.looks.look };
+    });
+    assert.deepEqual([look, shown, await page.textContent("#message")], ["height", "height", ""]);
+    assert.deepEqual(off, ["relief", "shaded-relief", "color-relief", "hillshade", "slope", "aspect", "imagery"]);
+    assert.equal(new URL(page.url()).searchParams.get("look"), null);
+    assert.ok(!asked.some((one) => /(relief|slope)\.json/.test(one)), "a picture is asked for");
+    assert.deepEqual(complaints, [], "the browser complained");
+    await page.close();
+  }
 }
 
 // A laptop's window holds the panel, with a name that takes two lines; the name ends its line behind a _.

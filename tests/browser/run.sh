@@ -34,6 +34,9 @@ flat=$(post "$work/flat_ground_at_500_metres_in_the_alps.tif")
 # Across the antimeridian.
 gdal_create -q -of GTiff -ot Int16 -outsize 150 150 -bands 1 -burn 500 -a_srs EPSG:4326 -a_ullr 179.925 46.15 180.075 46 "$work/across.tif"
 across=$(post "$work/across.tif")
+# Around the pole, where Web Mercator has ended.
+gdal_create -q -of GTiff -ot Int16 -outsize 40 40 -bands 1 -burn 500 -a_srs EPSG:3413 -a_ullr -20000 20000 20000 -20000 "$work/polar.tif"
+polar=$(post "$work/polar.tif")
 
 # Two uploads that fail: what is no raster is found out by the build.
 printf 'no raster' >"$work/bad.tif"
@@ -50,5 +53,5 @@ hold "$sample" --error 1 --pixels lattice  # meeting every pixel would take five
 
 curl -fsS -o "$work/manifest.json" "$url/v1/datasets/$terrain/manifest.json"
 python3 "$here/known_heights.py" "$sample" "$work/manifest.json" >"$work/known.json"
-node "$modules/look.mjs" --chromium "$chromium" --url "$url" --empty "$empty" --terrain "$terrain" --flat "$flat" --across "$across" --failed "$failed" --known "$work/known.json" \
+node "$modules/look.mjs" --chromium "$chromium" --url "$url" --empty "$empty" --terrain "$terrain" --flat "$flat" --across "$across" --polar "$polar" --failed "$failed" --known "$work/known.json" \
   --folder folder --raster "$work/part.tif" --bad "$work/bad.tif" --held "$held" --job "$held_job" --lazy "$lazy" --lazy-url "$lazy_url" --fine "$work/fine.tif" --pictures "$pictures"

@@ -149,6 +149,12 @@ export async function try_viewshed(browser, page, url, id) {
   const { page: other } = await open_page(browser, link, kTiny);
   await found(other);
   assert.equal((await found_of(other)).words, words, "the link leads to another viewshed");
+  const another = await other.evaluate(() => [...document.getElementById("datasets").options].map(({ value }) => value).find((value) => value !== window.cordillera.id));
+  await other.selectOption("#datasets", another, { force: true });
+  await other.waitForFunction((wanted) => window.cordillera.id === wanted && document.getElementById("viewshed").hidden, another);
+  await other.goBack();
+  await found(other);
+  assert.deepEqual([(await found_of(other)).words, new URL(other.url()).searchParams.get("dataset")], [words, id], "Back does not come back to what is seen");
   await other.close();
 
   await page.click("#viewshed-close");
