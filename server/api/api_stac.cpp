@@ -1,5 +1,6 @@
 #include "server/api/api_stac.h"
 
+#include "pipeline/faces/web_mercator.h"
 #include "server/api/api.h"
 #include "server/api/dataset_list.h"
 #include "server/api/public_address.h"
@@ -45,7 +46,7 @@ proto::Result<ListQuery> query_of(const Request& request) {
 }
 
 Json item_of(const Mounts& mounts, const ServiceRoot& place, const Dataset& dataset, const proto::Manifest& manifest) {
-  Offered offered{{}, mounts.folder(dataset.id).empty()};
+  Offered offered{{}, mounts.folder(dataset.id).empty() && pipeline::faces::extent_of(manifest)};
   for (const Part& part : parts_of(mounts, dataset.id, manifest)) offered.faces.push_back(part.face);
   return item(place, dataset, manifest, offered);
 }

@@ -308,6 +308,7 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pa
     json["notes"] = std::vector<std::string>(manifest.notes().begin(), manifest.notes().end());
     json["version"] = (*summary)->version;
     if (folder.empty()) json["links"]["version"] = path + "/versions/" + (*summary)->version;
+    if (!pipeline::faces::extent_of(manifest)) json["links"].erase("pmtiles");
   } else {
     json["error"] = problem_json(summary.problem());
   }

@@ -20,7 +20,7 @@ struct ServiceRoot {
 /// What there is to fetch of a dataset.
 struct Offered {
   std::vector<const pipeline::faces::Face*> faces;
-  bool archive = true;  ///< as one file, made when it is asked for
+  bool archive = true;  ///< pictures of heights as one file, made when it is asked for
 };
 
 Json landing_page(const ServiceRoot& place);

@@ -42,11 +42,13 @@ TEST(Polar, HasNoMaps) {
     request.path = path;
     return TestService::settled(built().api().handle(request));
   };
-  const Json faces = body_of(get(base))["faces"],
+  const Json status = body_of(get(base)), faces = status["faces"],
              assets = body_of(get("/stac/collections/datasets/items" + base.substr(12)))["assets"];
   EXPECT_TRUE(assets.contains("3d-tiles")) << assets;
   EXPECT_FALSE(assets.contains("terrain-rgb")) << assets;
   EXPECT_FALSE(assets.contains("contours")) << assets;
+  EXPECT_FALSE(assets.contains("pmtiles")) << "of Terrain-RGB";
+  EXPECT_FALSE(status["links"].contains("pmtiles")) << status["links"];
   EXPECT_GT(faces.size(), 3u);
   for (const Json& face : faces) EXPECT_EQ(get(face["href"]).status, 200) << face["href"];
 }
