@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "pipeline/faces/terrain.h"
+#include "pipeline/faces/water_pixels.h"
 #include "pipeline/faces/web_mercator.h"
 #include "proto/ellipsoid.h"
 
@@ -199,7 +200,7 @@ proto::Result<OutlineFill> OutlineFill::of(const Terrain& terrain) {
     return proto::Problem{
         "tile-unknown", "all of the dataset lies beyond 85.05 degrees of latitude, where Web Mercator ends", {}, {}};
   MapWindow overview = overview_of(*extent, zooms_of(terrain.manifest(), *extent), terrain.manifest());
-  if (const auto drawn = draw_heights(terrain, overview); !drawn) return drawn.problem();
+  if (const auto drawn = draw_shown_heights(terrain, overview); !drawn) return drawn.problem();
   OutlineFill made;
   made.hull_ = closed_outline(overview);
   const double whole = fade_pixels(overview, raster::middle_latitude_deg(*extent));
@@ -220,9 +221,9 @@ proto::Result<void> OutlineFill::fill(const Terrain& terrain, MapWindow& window)
     MapWindow coarse = coarser(wide);
     coarse.level =
         level_of(terrain.manifest(), zooms_of(terrain.manifest(), *extent), coarse.zoom, raster::middle_latitude_deg(*extent));
-    if (const auto drawn = draw_heights(terrain, coarse); !drawn) return drawn.problem();
+    if (const auto drawn = draw_shown_heights(terrain, coarse); !drawn) return drawn.problem();
     if (const auto done = fill(terrain, coarse); !done) return done.problem();
-    if (const auto drawn = draw_heights(terrain, wide); !drawn) return drawn.problem();
+    if (const auto drawn = draw_shown_heights(terrain, wide); !drawn) return drawn.problem();
     fill_from(coarse, wide);
   }
   for (std::size_t k = 0; k < window.height_m.size(); ++k) {

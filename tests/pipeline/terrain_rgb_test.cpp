@@ -3,7 +3,10 @@
 #include <png.h>
 #include <webp/decode.h>
 
+#include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <fstream>
 #include <numbers>
 #include <set>
 
@@ -305,6 +308,50 @@ TEST(TerrainRgb, OutsideTheOutlineTheGroundGoesDownToTheGeoidWithoutACliff) {
   EXPECT_GT(outside, 10000u);
   EXPECT_GE(least_m, 0);
   EXPECT_LT(steepest_m, 200) << "between pixels of 600 m; the hills stand up to 1670 m above the geoid";
+}
+
+/// Meshes keep the sea to within their error only; what lies around it goes on from the sea as it is shown.
+TEST(TerrainRgb, ASeaAtTheOutlineGoesOnAsItIsShown) {
+  const TemporaryFolder folder;
+  BuildRequest request;
+  request.raster_path = folder / "isle.asc";
+  request.raster_name = "isle.asc";
+  request.id = "isle";
+  request.store_path = folder / "a.db";
+  request.options.set_crs("EPSG:4326");
+  request.options.set_error(20);
+  request.options.set_threads(1);
+  request.options.set_device("cpu");
+  std::ofstream raster(request.raster_path);
+  raster << "ncols 120\nnrows 120\nxllcorner 10\nyllcorner 30\ncellsize 0.001\n";
+  for (int r = 0; r < 120; ++r) {
+    for (int c = 0; c < 120; ++c) raster << std::max(0.0, 300 - 6.0 * std::hypot(r - 50, c - 70)) << (c < 119 ? ' ' : '\n');
+  }
+  raster.close();
+  const std::atomic<bool> stop = false;
+  ASSERT_TRUE(build(request, nullptr, stop).ok());
+  const Terrain terrain(std::shared_ptr<const StoreReader>(StoreReader::open(request.store_path).value()));
+  ASSERT_TRUE(terrain.manifest().options().has_water());
+  const Zooms zooms = zooms_of(terrain.manifest(), *extent_of(terrain.manifest()));
+  std::size_t outside = 0, sea = 0;
+  for (int zoom = zooms.first; zoom <= zooms.last; ++zoom) {
+    const Place first = tile_at(zoom, 9.99, 30.13), last = tile_at(zoom, 10.13, 29.99);
+    for (std::int32_t x = first.x; x <= last.x; ++x) {
+      for (std::int32_t y = first.y; y <= last.y; ++y) {
+        const auto data = pixel_heights(terrain, {0, zoom, x, y}).value(),
+                   shown = filled_grid(terrain, {0, zoom, x, y}, Beyond::faded).value();
+        for (std::int32_t k = 0; shown && k < 65536; ++k) {
+          const double height_m = data->at(k / 256, k % 256);
+          sea += height_m == 0 ? 1 : 0;
+          if (!std::isnan(height_m)) continue;
+          ASSERT_GE(shown->at(k / 256, k % 256), 0) << zoom;
+          ++outside;
+        }
+      }
+    }
+  }
+  EXPECT_GT(sea, 1000U);
+  EXPECT_GT(outside, 10000U);
 }
 
 TEST(TerrainRgb, InsideTheBoundsEveryTileExistsAndOutsideNone) {

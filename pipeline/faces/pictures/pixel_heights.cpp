@@ -7,7 +7,7 @@
 
 #include "pipeline/faces/map_window.h"
 #include "pipeline/faces/outline_fill.h"
-#include "pipeline/faces/pictures/water_pixels.h"
+#include "pipeline/faces/water_pixels.h"
 #include "pipeline/faces/web_mercator.h"
 
 namespace cordillera::pipeline::faces {
@@ -18,14 +18,6 @@ constexpr std::int32_t kSide = kTilePixels + 2 * kMargin;
 MapWindow window_of(const Place& place, int level) {
   return {place.z, level, std::int64_t{kTilePixels} * place.x - kMargin, std::int64_t{kTilePixels} * place.y - kMargin, kSide,
           kSide,   {}};
-}
-
-/// Heights as the meshes have them, but for water of a known height. Gives how much of each pixel is water: see water_pixels.
-proto::Result<std::vector<float>> draw(const Terrain& terrain, MapWindow& window) {
-  if (const auto done = draw_heights(terrain, window); !done) return done.problem();
-  std::vector<float> water = water_pixels(terrain, window);
-  lay_water(terrain, water, window);
-  return water;
 }
 
 template <class Shows>
@@ -73,7 +65,7 @@ proto::Result<std::optional<PixelHeights>> pixel_heights(const Terrain& terrain,
   grid.level = level_of(terrain.manifest(), zooms, place.z, row_latitude_deg(*extent, place.z, place.y));
   grid.side = kSide;
   MapWindow window = window_of(place, grid.level);
-  auto water = draw(terrain, window);
+  auto water = draw_shown_heights(terrain, window);
   if (!water) return water.problem();
   grid.water = std::move(*water);
   grid.height_m = std::move(window.height_m);
@@ -96,7 +88,7 @@ proto::Result<std::optional<PixelHeights>> filled_grid(const Terrain& terrain, c
 }
 
 proto::Result<void> filled_window(const Terrain& terrain, MapWindow& window, Beyond beyond) {
-  if (const auto drawn = draw(terrain, window); !drawn) return drawn.problem();
+  if (const auto drawn = draw_shown_heights(terrain, window); !drawn) return drawn.problem();
   if (const auto filled = fill_gaps(terrain, window, beyond); !filled) return filled.problem();
   return {};
 }

@@ -1,8 +1,9 @@
-#include "pipeline/faces/pictures/water_pixels.h"
+#include "pipeline/faces/water_pixels.h"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <span>
 
 #include "pipeline/faces/terrain.h"
 #include "pipeline/faces/web_mercator.h"
@@ -15,6 +16,17 @@ namespace {
 std::int64_t cell_at(double from_start_deg, int level, std::int64_t tiles) {
   const std::int64_t cells = tiles * kWaterSide;
   return std::clamp<std::int64_t>(std::llround(std::floor(from_start_deg * std::ldexp(kWaterSide, level) / 180)), 0, cells - 1);
+}
+
+/// Pixels without a height stay so.
+void lay_water(const Terrain& terrain, std::span<const float> water, MapWindow& window) {
+  constexpr float kMostly = 0.5F;
+  const proto::Manifest& manifest = terrain.manifest();
+  // Of a mask alone nobody knows the height. Pictures may count from another datum than the raster.
+  if (!manifest.options().has_water() || terrain.geoid_name() != manifest.source().vertical_datum()) return;
+  for (std::size_t k = 0; k < water.size(); ++k) {
+    if (water[k] > kMostly && !std::isnan(window.height_m[k])) window.height_m[k] = manifest.options().water();
+  }
 }
 
 }  // namespace
@@ -45,14 +57,11 @@ std::vector<float> water_pixels(const Terrain& terrain, const MapWindow& window)
   return out;
 }
 
-void lay_water(const Terrain& terrain, std::span<const float> water, MapWindow& window) {
-  constexpr float kMostly = 0.5F;
-  const proto::Manifest& manifest = terrain.manifest();
-  // Of a mask alone nobody knows the height. Pictures may count from another datum than the raster.
-  if (!manifest.options().has_water() || terrain.geoid_name() != manifest.source().vertical_datum()) return;
-  for (std::size_t k = 0; k < water.size(); ++k) {
-    if (water[k] > kMostly && !std::isnan(window.height_m[k])) window.height_m[k] = manifest.options().water();
-  }
+proto::Result<std::vector<float>> draw_shown_heights(const Terrain& terrain, MapWindow& window) {
+  if (const auto done = draw_heights(terrain, window); !done) return done.problem();
+  std::vector<float> water = water_pixels(terrain, window);
+  lay_water(terrain, water, window);
+  return water;
 }
 
 }  // namespace cordillera::pipeline::faces

@@ -1,6 +1,5 @@
 #pragma once
 // Where a picture shows water, by the dataset's water masks.
-#include <span>
 #include <vector>
 
 #include "pipeline/faces/map_window.h"
@@ -11,8 +10,8 @@ namespace cordillera::pipeline::faces {
 /// north, then column. Empty where the dataset does not say where water is.
 std::vector<float> water_pixels(const Terrain& terrain, const MapWindow& window);
 
-/// Gives pixels that are mostly water of a known height that height: meshes keep it to within their error only, and a coast would
-/// have islands that are none. Others, and pixels without a height, stay. water: the window's water_pixels.
-void lay_water(const Terrain& terrain, std::span<const float> water, MapWindow& window);
+/// draw_heights, and then pixels that are mostly water of a known height get that height: meshes keep it to within their error
+/// only, and a coast would have islands that are none. Gives the window's water_pixels.
+proto::Result<std::vector<float>> draw_shown_heights(const Terrain& terrain, MapWindow& window);
 
 }  // namespace cordillera::pipeline::faces
