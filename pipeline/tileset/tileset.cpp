@@ -14,8 +14,6 @@ namespace cordillera::pipeline {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-// Half of the earth, less what sums of its parts may be off: clients and validators cut regions into quarters by adding, and a
-// last digit beyond the pole is an error to them.
 constexpr double kPole = kPi / 2 - 1e-14, kAntimeridian = kPi - 1e-14;
 
 // What the property tables of the subtrees hold. Implied regions and errors (a quarter and a half of the parent's) would be
@@ -41,17 +39,10 @@ Json schema() {
                   {"required", true}}}}}}}}}};
 }
 
-// The root's region is what clients cut into quarters until they have read a subtree, so it is the whole hemisphere and not the
-// data's own extent: quarters of that would lie elsewhere, and a client would cull subtrees that it should fetch.
-std::array<double, 6> hemisphere(const TileExtent& node) {
-  const double west = node.tile.x == 0 ? -kAntimeridian : 0;
-  return {west, -kPole, west + kAntimeridian, kPole, node.region[4], node.region[5]};
-}
-
 Json implicit_root(const TileExtent& node, const proto::Manifest& manifest, std::string_view query) {
   const std::string side = node.tile.x == 0 ? "W" : "E";
   Json tile;
-  tile["boundingVolume"] = {{"region", hemisphere(node)}};
+  tile["boundingVolume"] = {{"region", hemisphere_region(side[0], node.region[4], node.region[5])}};
   tile["geometricError"] = RefineErrors(manifest).of(node);
   tile["refine"] = "REPLACE";
   tile["content"] = {{"uri", ("tiles/" + side + "/{level}/{x}/{y}.glb").append(query)}};
@@ -134,6 +125,11 @@ double empty_error_m(const proto::Manifest& manifest) {
 
 RefineErrors::RefineErrors(const proto::Manifest& manifest)
     : empty_m_(empty_error_m(manifest)), last_sparse_(last_sparse_level(manifest).value_or(-1)) {}
+
+std::array<double, 6> hemisphere_region(char hemisphere, double low_m, double high_m) {
+  const double west = hemisphere == 'W' ? -kAntimeridian : 0;
+  return {west, -kPole, west + kAntimeridian, kPole, low_m, high_m};
+}
 
 std::string tileset_json(const StoreReader& store, std::string_view query, std::string_view photo) {
   const proto::Manifest& manifest = store.manifest();

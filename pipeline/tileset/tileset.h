@@ -2,6 +2,7 @@
 // The dataset as 3D Tiles 1.1: an outer root over two implicit quadtrees, W and E, because a template URI counts levels from its
 // implicit root and the lattice has two tiles at level 0. Implicit and absolute addresses: z = level, x = x + (E ? 2^level : 0),
 // y = y (3D Tiles counts y of regions northward, as the lattice does).
+#include <array>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -34,6 +35,12 @@ class RefineErrors {
   double empty_m_;
   int last_sparse_;
 };
+
+/// The region of the implicit root 'W' or 'E' between two heights. Clients cut it into quarters until they have read a subtree,
+/// so it is the whole hemisphere and not the data's own extent: quarters of that would lie elsewhere, and a client would cull
+/// subtrees that it should fetch. It is less by what sums of its parts may be off: a last digit beyond a pole is an error to
+/// validators.
+std::array<double, 6> hemisphere_region(char hemisphere, double low_m, double high_m);
 
 /// What a tileset says of itself: title, attribution, imagery, and credits where CesiumJS looks for them.
 Json tileset_asset(const proto::Manifest& manifest);

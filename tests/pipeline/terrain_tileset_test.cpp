@@ -187,6 +187,17 @@ TEST(TerrainTileset, HeightsAreThoseOfAllBelow) {
   }
 }
 
+/// Levels 0 and 1 have no meshes: they have the heights of those below them.
+TEST(TerrainTileset, HeightsOfLevelsWithoutMeshesHoldThoseBelow) {
+  const Subtree subtree(fetch("terrain3d/subtrees/E/0/0/0.subtree")->bytes);
+  const std::size_t tiles = subtree.json["propertyTables"][0]["count"];
+  ASSERT_GT(tiles, 3U);
+  for (std::size_t row = 1; row < tiles; ++row) {
+    EXPECT_LE(subtree.value("minimum_height", 0), subtree.value("minimum_height", row)) << row;
+    EXPECT_GE(subtree.value("maximum_height", 0), subtree.value("maximum_height", row)) << row;
+  }
+}
+
 TEST(TerrainTileset, EachRootHasItsOwnLevels) {
   const auto levels = [](const std::optional<faces::Document>& document) {
     const Json children = Json::parse(document->bytes)["root"]["children"];

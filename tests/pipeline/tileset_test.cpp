@@ -188,8 +188,12 @@ TEST(Tileset, TwoImplicitRootsUnderOne) {
 
 /// The northern and the eastern end of the last of 2^level parts, the way they are found by adding.
 TEST(Tileset, PartsOfARegionNeverEndBeyondThePoleOrTheAntimeridian) {
-  const Json json = Json::parse(tileset_json(shared_store()));
-  for (const Json& child : json["root"]["children"]) {
+  Json roots = Json::parse(tileset_json(shared_store()))["root"]["children"];
+  const auto surface = faces::find("terrain3d/tileset.json")->resource->make(shared_terrain(), {}).value();
+  const Json of_surface = Json::parse(surface->bytes);
+  for (const Json& root : of_surface["root"]["children"]) roots.push_back(root);
+  EXPECT_EQ(roots.size(), 4U);
+  for (const Json& child : roots) {
     const auto [west, south, east, north, low, high] = child["boundingVolume"]["region"].get<std::array<double, 6>>();
     for (int level = 0; level <= 21; ++level) {
       const double parts = std::ldexp(1, level), width = (east - west) / parts, height = (north - south) / parts;

@@ -49,11 +49,9 @@ int finest_below(const GeodeticGrid& grid, const proto::TileAddress& tile) {
 }
 
 Json root_of(const Terrain& terrain, char hemisphere) {
-  const double west = hemisphere == 'W' ? -std::numbers::pi : 0;
   const std::string side(1, hemisphere);
   Json out;
-  out["boundingVolume"] = {{"region", Json::array({west, -std::numbers::pi / 2, west + std::numbers::pi, std::numbers::pi / 2,
-                                                   -proto::kMaxHeight_m, proto::kMaxHeight_m})}};
+  out["boundingVolume"] = {{"region", hemisphere_region(hemisphere, -proto::kMaxHeight_m, proto::kMaxHeight_m)}};
   out["geometricError"] = kLevelZeroError_m;
   out["refine"] = "REPLACE";
   out["content"] = {{"uri", side + "/{level}/{x}/{y}.glb"}};

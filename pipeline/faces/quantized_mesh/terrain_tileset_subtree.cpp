@@ -29,14 +29,15 @@ proto::TileAddress node(const proto::TileAddress& root, int depth, std::uint32_t
 /// tile for hidden by them before it knows its descendants.
 std::array<double, 2> heights(const Terrain& terrain, const proto::TileAddress& tile) {
   double low_m = -kSea_m, high_m = kSea_m;
-  const double apart_m = terrain.store().glb_step_m(tile.z);  // half a step on each of three axes, at most
+  const auto coarsest = terrain.manifest().min_level();
+  // Half a step on each of three axes, at most; of levels without meshes that of the coarsest with some.
+  const double apart_m = terrain.store().glb_step_m(std::max(tile.z, static_cast<int>(coarsest)));
   const auto include = [&](double low, double high) {
     low_m = std::min(low_m, std::floor(low - apart_m) - 1);
     high_m = std::max(high_m, std::ceil(high + apart_m) + 1);
   };
   for (const TileExtent& extent : terrain.store().extents(tile.z, tile.x, tile.y, tile.x, tile.y))
     include(extent.region[4], extent.region[5]);
-  const auto coarsest = terrain.manifest().min_level();
   for (const proto::LevelSummary& level : terrain.manifest().levels()) {
     if (tile.z < static_cast<int>(coarsest) && level.level() == coarsest) include(level.min_height(), level.max_height());
   }
