@@ -25,13 +25,13 @@ std::shared_ptr<const std::string> ContentCoder::kept(const std::string& name, c
 
 void ContentCoder::encode(const Request& request, Response& response) {
   const bool reads = request.method == "GET" || request.method == "HEAD";
-  const char* coding = accepts(request, "br") ? "br" : accepts(request, "gzip") ? "gzip" : nullptr;
-  if (reads && coding != nullptr && response.status == 304 && is_guarded(response)) return name_coding(response, coding);
+  const std::string coding(preferred_coding(request, {"br", "gzip"}));
+  if (reads && !coding.empty() && response.status == 304 && is_guarded(response)) return name_coding(response, coding);
   if (!reads || response.bytes().size() < kWorthIt || !is_compressible(response.header("Content-Type"))) return;
   if (!response.header("Content-Encoding").empty() || response.status == 206) return;  // a part is one of the bytes as they are
   const std::string tag = response.header("ETag");
   const bool keep = response.status == 200 && !tag.empty();
-  if (coding == nullptr) return;
+  if (coding.empty()) return;
   const auto make = [&] { return compressed(coding, response.bytes()); };
   std::shared_ptr<const std::string> bytes;
   if (!keep)

@@ -111,7 +111,7 @@ Response page(WebFiles& files, const std::string& folder, const Request& request
         {"not-found", "there is nothing at " + path.substr(0, 200), "/, /api, /v1 and what they link to", ""});
   }
   std::error_code error;
-  const bool packed = fs::is_regular_file(file->string() + ".br", error) && accepts(request, "br");
+  const bool packed = fs::is_regular_file(file->string() + ".br", error) && preferred_coding(request, {"br", "gzip"}) == "br";
   return file_response(files, *file, packed).value_or(unreadable());
 }
 
