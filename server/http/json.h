@@ -29,6 +29,8 @@ proto::Error to_error(const proto::Problem& problem);
 proto::Problem to_problem(const proto::Error& error);
 
 Response json_response(int status, Json body);
+/// The media type of the API's description.
+inline constexpr const char* kOpenApiType = "application/vnd.oai.openapi+json;version=3.1";
 /// An answer whose JSON is text already.
 Response json_text_response(int status, std::string text);
 Response problem_response(const proto::Problem& problem);

@@ -87,7 +87,7 @@ Json landing_page(const ServiceRoot& place) {
                    link("data", home(place) + "/collections", kJson, "Collections"),
                    link("http://www.opengis.net/def/rel/ogc/1.0/data", home(place) + "/collections", kJson, "Collections"),
                    link("child", home_of_collection(place), kJson, "Datasets"),
-                   link("service-desc", place.root + "/openapi.json", "application/vnd.oai.openapi+json;version=3.1", "OpenAPI"),
+                   link("service-desc", place.root + "/openapi.json", kOpenApiType, "OpenAPI"),
                    link("service-doc", place.root + "/docs", "text/html", "The same for people")});
   return json;
 }

@@ -42,7 +42,15 @@ TEST(OpenApi, IsOfTheVersionAndCanBeKept) {
   TestService test;
   const Response got = test.get("/api");
   EXPECT_EQ(got.status, 200);
-  EXPECT_EQ(got.header("Content-Type"), "application/json");
+  EXPECT_EQ(got.header("Content-Type"), "application/vnd.oai.openapi+json;version=3.1");
+  std::size_t links = 0;
+  const Json landing = body_of(test.get("/stac"));
+  for (const Json& link : landing["links"]) {
+    if (link["rel"] != "service-desc") continue;
+    EXPECT_EQ(test.get("/openapi.json").header("Content-Type"), link["type"]);
+    ++links;
+  }
+  EXPECT_EQ(links, 1U);
   EXPECT_EQ(body_of(got)["openapi"], "3.1.0");
   EXPECT_EQ(body_of(got)["info"]["version"], CORDILLERA_VERSION);
   EXPECT_EQ(body_of(got)["servers"][0]["url"], ".");

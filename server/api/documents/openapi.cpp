@@ -45,7 +45,9 @@ Response api_description(Tokens tokens) {
   };
   static const Document kOpen(Tokens::none), kGuarded(Tokens::asked_for);
   const Document& document = tokens == Tokens::none ? kOpen : kGuarded;
-  Response response = json_text_response(200, document.text);
+  Response response;
+  response.set("Content-Type", kOpenApiType);
+  response.body = document.text;
   response.set("Cache-Control", "public, no-cache");
   response.set("ETag", document.tag);
   return response;

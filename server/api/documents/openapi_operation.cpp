@@ -50,7 +50,7 @@ void add_preferences(Operation& words) {
 Json content_of(const std::string& type, const char* schema) {
   if (schema != nullptr) return {{type, {{"schema", {{"$ref", std::string("#/components/schemas/") + schema}}}}}};
   if (type.starts_with("text/")) return {{type, {{"schema", {{"type", "string"}}}}}};
-  return type == "application/json" ? Json{{type, {{"schema", {{"type", "object"}}}}}} : bytes_of(type);
+  return type == "application/json" || type == kOpenApiType ? Json{{type, {{"schema", {{"type", "object"}}}}}} : bytes_of(type);
 }
 
 Json bytes_schema() { return {{"type", "string"}, {"format", "binary"}}; }

@@ -174,8 +174,8 @@ void describe_sources(Operations& all) {
 
 void describe_service(Operations& all) {
   all["viewer"] = {"The viewer", tagged_answers("The viewer", "text/html")};
-  all["description"] = {"This document", tagged_answers("This document", "application/json")};
-  all["openapi"] = {"The same", tagged_answers("The same", "application/json")};
+  all["description"] = {"This document", tagged_answers("This document", kOpenApiType)};
+  all["openapi"] = {"The same", tagged_answers("The same", kOpenApiType)};
   all["docs"] = get_of("The same, for people", "text/html");
   all["version"] = get_of("What runs here", "application/json", "program");
   all["icon"] = get_of("A mountain, for browsers", "image/x-icon");
