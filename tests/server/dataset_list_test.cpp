@@ -204,7 +204,9 @@ TEST(DatasetList, WhatIsWrongIsNamed) {
   }
   EXPECT_EQ(slug_of(asked(test, {{"limit", "1"}, {"limit", "2"}})), "option-repeated");
   EXPECT_THAT(asked(test, {{"name", "a"}}).body, HasSubstr("limit, after, state, bbox, q"));
-  EXPECT_EQ(asked(test, {{"after", "99999999999999999999"}}).status, 400);
+  for (const char* beyond : {"99999999999999999999", "9223372036854775807", "9007199254740992"})
+    EXPECT_EQ(asked(test, {{"after", beyond}}).status, 400) << beyond;
+  EXPECT_EQ(asked(test, {{"after", "9007199254740991"}}).status, 200);
 }
 
 TEST(DatasetList, WhatIsPrivateLeavesNoTrace) {

@@ -15,9 +15,9 @@ Complaint take_limit(std::string_view text, ListQuery& query) { return read_whol
 Complaint take_after(std::string_view text, ListQuery& query) {
   const bool digits =
       !text.empty() && text.size() <= 19 && std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
-  if (!digits) return "not the place of a page";
-  query.after =
-      static_cast<std::int64_t>(std::min<std::uint64_t>(std::strtoull(std::string(text).c_str(), nullptr, 10), kBeforeAll));
+  const std::uint64_t place = digits ? std::strtoull(std::string(text).c_str(), nullptr, 10) : UINT64_MAX;
+  if (place > kLastPlace) return "not the place of a page";
+  query.after = static_cast<std::int64_t>(place);
   return std::nullopt;
 }
 
