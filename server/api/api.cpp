@@ -154,6 +154,13 @@ void mark_variants(Response& response) {
   }
 }
 
+/// Whatever was made of the part of the body that could be read.
+proto::Problem misread_body(const Request& request) {
+  const std::string coding = coding_of(request.header("content-encoding").value_or(""));
+  return {"coding-invalid", "the body is not " + coding + " from its first byte to its last, as its Content-Encoding says",
+          "a body in that coding, where deflate is with zlib's header; or no Content-Encoding", "Content-Encoding"};
+}
+
 /// A request on its way, until its answer has come.
 struct Api::Asked {
   Request request;
@@ -200,7 +207,10 @@ std::optional<proto::Problem> Api::admit(Request& request, const Route& route) {
 Response Api::answer(Request& request, const Route& route) {
   try {
     const auto refused = admit(request, route);
-    return refused ? problem_response(*refused) : dispatch(request, route);
+    if (refused) return problem_response(*refused);
+    Response response = dispatch(request, route);
+    const bool misread = request.misread && *request.misread;
+    return misread && response.status / 100 == 4 ? problem_response(misread_body(request)) : response;
   } catch (const RegistryError& error) {
     log_warning(error.what());
     return problem_response({"storage-full",

@@ -28,14 +28,15 @@ void Connection::begin_with_body(Head head) {
     if (const auto still = weak.lock()) still->later([still] { still->want_body(); });
   });
   const std::string coding = request_.header("content-encoding").value_or("");
-  if (!coding.empty()) request_.sent = std::make_shared<std::uint64_t>(0);
-  request_.read_body = decoding(coding, [pipe = pipe_, sent = request_.sent](const Request::Sink& sink) {
+  if (!coding.empty()) request_.sent = std::make_shared<std::uint64_t>(0), request_.misread = std::make_shared<bool>(false);
+  const auto read = [pipe = pipe_, sent = request_.sent](const Request::Sink& sink) {
     while (const auto piece = pipe->pop()) {
       if (sent) *sent += piece->size();
       if (!sink(*piece)) return false;
     }
     return pipe->whole();
-  });
+  };
+  request_.read_body = decoding(coding, read, request_.misread);
   const auto taken = shared_.takers.run(network_, [self] { self->make_answer(); });
   if (taken == Workers::Taken::yes) return;
   if (taken == Workers::Taken::full)

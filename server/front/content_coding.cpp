@@ -52,11 +52,19 @@ std::optional<proto::Problem> coding_problem(const Request& request) {
                         std::string("one of ") + kCodings + ", or none", "Content-Encoding"};
 }
 
-BodyReader decoding(const std::string& content_encoding, BodyReader encoded) {
-  return [coding = coding_of(content_encoding), encoded = std::move(encoded)](const Request::Sink& sink) {
+BodyReader decoding(const std::string& content_encoding, BodyReader encoded, std::shared_ptr<bool> misread) {
+  return [coding = coding_of(content_encoding), encoded = std::move(encoded),
+          misread = std::move(misread)](const Request::Sink& sink) {
     const auto decoder = decoder_of(coding);
     if (!decoder) return encoded(sink);
-    return encoded([&](std::string_view piece) { return decoder->take(piece, sink); }) && decoder->ended();
+    bool wanted = true;
+    const Decoder::Sink take = [&](std::string_view piece) { return wanted = sink(piece); };
+    const bool came = encoded([&](std::string_view piece) {
+      const bool read = decoder->take(piece, take);
+      if (!read && wanted && misread) *misread = true;
+      return read;
+    });
+    return came && decoder->ended();
   };
 }
 

@@ -31,8 +31,8 @@ inline constexpr const char* kCodings = "gzip, deflate, br";
 std::optional<proto::Problem> coding_problem(const Request& request);
 
 /// Reads a body as it was before its Content-Encoding, which coding_problem lets through. A compressed body that stops before the
-/// end that its coding marks did not come to its end. encoded: the body as it comes.
+/// end that its coding marks did not come to its end. encoded: the body as it comes. misread: see Request.
 using BodyReader = std::function<bool(const Request::Sink& sink)>;
-BodyReader decoding(const std::string& content_encoding, BodyReader encoded);
+BodyReader decoding(const std::string& content_encoding, BodyReader encoded, std::shared_ptr<bool> misread = nullptr);
 
 }  // namespace cordillera::server::front

@@ -29,6 +29,8 @@ struct Request {
   std::function<bool(const Sink& sink)> read_body;
   /// Bytes of the body so far as they came; null: as it is handed on.
   std::shared_ptr<std::uint64_t> sent;
+  /// Becomes true where the body is not what its Content-Encoding says; null: it has none.
+  std::shared_ptr<bool> misread;
   std::string client;    ///< whose request it is: the other end of the connection, or whom a trusted proxy names
   std::string id;        ///< names the request in answers and logs; the API gives it
   access::Identity who;  ///< filled in by the API, as id is

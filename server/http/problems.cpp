@@ -23,6 +23,7 @@ const std::vector<ProblemKind>& table() {
       {"upload-invalid", 400, "The upload's headers cannot be read"},
       {"options-conflict", 400, "Options that exclude each other"},
       {"json-invalid", 400, "The body is not the JSON that was expected"},
+      {"coding-invalid", 400, "The body is not in the coding that it names"},
       {"token-missing", 401, "A token is needed"},
       {"token-invalid", 401, "The token is not valid"},
       {"role-too-low", 403, "The token does not allow this"},

@@ -231,7 +231,14 @@ TEST(Front, CompressedUploadsAreRead) {
   const std::string head = kPost + "Prefer: wait=200\r\nConnection: close\r\nContent-Encoding: gzip\r\nContent-Length: ";
   EXPECT_THAT(front.answer(head + std::to_string(body.size()) + "\r\n\r\n" + body),
               AllOf(StartsWith("HTTP/1.1 201 "), HasSubstr("\"ready\"")));
-  EXPECT_THAT(front.answer(head + "4\r\n\r\nGOOD"), HasSubstr("body-incomplete")) << "that is no gzip";
+  std::string wrong_sum = body;
+  wrong_sum[body.size() - 6] ^= 1;
+  for (const std::string& bad : {"GOOD"s, body + "more", wrong_sum}) {
+    EXPECT_THAT(front.answer(head + std::to_string(bad.size()) + "\r\n\r\n" + bad),
+                AllOf(StartsWith("HTTP/1.1 400 "), HasSubstr("coding-invalid"), HasSubstr("gzip")));
+  }
+  const std::string json = kPost + "Content-Type: application/json\r\nConnection: close\r\nContent-Encoding: deflate\r\n";
+  EXPECT_THAT(front.answer(json + "Content-Length: 4\r\n\r\n{}{}"), HasSubstr("coding-invalid")) << "whatever reads it";
   EXPECT_THAT(front.answer(head + std::to_string(body.size() - 8) + "\r\n\r\n" + body.substr(0, body.size() - 8)),
               HasSubstr("body-incomplete"))
       << "without its end";
