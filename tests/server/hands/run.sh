@@ -139,7 +139,7 @@ is 400 "$(status "$sets/$one.pmtiles?format=3d-tiles-explicit2")" 'an unknown fo
 is 200 "$(status "$sets/$one.pmtiles?format=drc")" 'another format'
 
 # What browsers and people ask for.
-for page in favicon.ico:image/x-icon docs:text/html openapi.json:application/json version:application/json; do
+for page in favicon.ico:image/x-icon docs:text/html openapi.json:application/vnd.oai.openapi[+]json version:application/json; do
   like "^${page#*:}" "$(header Content-Type "$url/${page%%:*}")" "/${page%%:*}"
 done
 
