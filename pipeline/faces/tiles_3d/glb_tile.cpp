@@ -22,7 +22,10 @@ proto::Problem refused(std::string_view text) {
 bool knows_neighbours(const Terrain& terrain) { return !terrain.manifest().provisional(); }
 
 proto::Result<std::optional<Blob>> made(const Terrain& terrain, const proto::TileAddress& tile, Normals normals) {
-  if (!terrain.store().record(tile)) return std::optional<Blob>();  // a picture of nothing takes as long as any other
+  const auto record = terrain.store().record(tile);
+  if (!record) return std::optional<Blob>();  // a picture of nothing takes as long as any other
+  const bool plain = normals == Normals::vertex && !terrain.look().photo;
+  if (plain && record->glb_bytes() > 0) return terrain.store().tile(tile, Encoding::glb);  // a store of format 1
   Shading shading{normals};
   std::string map;
   if (normals == Normals::texture) map = webp(normal_map(terrain, tile), kNormalMapSide);
