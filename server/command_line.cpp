@@ -233,7 +233,9 @@ CLI::App* CommandLine::know(CLI::App* command, std::function<int()> run) {
   return command;
 }
 
-int CommandLine::run(std::vector<std::string> line) const {
+int CommandLine::run(std::vector<std::string> line) const { return with_output(run_line(std::move(line))); }
+
+int CommandLine::run_line(std::vector<std::string> line) const {
   line = understood(std::move(line));
   if (line.empty()) {
     std::cerr << help_page(app_);

@@ -25,6 +25,8 @@ class CommandLine {
   int run(std::vector<std::string> line) const;
 
  private:
+  int run_line(std::vector<std::string> line) const;
+
   CLI::App& app_;
   std::vector<std::pair<CLI::App*, std::function<int()>>> all_;
 };

@@ -23,6 +23,7 @@ void fill_tables_of_letters() {
 int main(int count, char** words) {
   using cordillera::server::CommandLine;
   fill_tables_of_letters();
+  cordillera::server::limits::hold_standard_descriptors();
   cordillera::raster::fit_private_libraries();
   cordillera::server::limits::raise_descriptor_limit();  // mosaics keep many rasters open
   cordillera::gpu::cleap::offer_strategies();

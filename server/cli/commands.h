@@ -112,6 +112,9 @@ void complain(const proto::Problem& problem);
 /// The same, and the exit code for it: of what failed, of what was typed.
 int fail(const proto::Problem& problem);
 int wrong_usage(const proto::Problem& problem);
+/// What a command said is to be on stdout before it ends: complains where it is not, as on a full disk, and has kFailed for
+/// kDone.
+int with_output(int code);
 
 /// The manifest as a table a person reads.
 std::string manifest_table(const proto::Manifest& manifest);

@@ -106,6 +106,13 @@ int wrong_usage(const proto::Problem& problem) {
   return kUsage;
 }
 
+int with_output(int code) {
+  if (std::cout.flush()) return code;
+  complain({"output-failed", "not all of the output could be written to stdout",
+            "a terminal, a program that reads all of it, or a file on a disk with room", ""});
+  return code == kDone ? kFailed : code;
+}
+
 std::string manifest_table(const proto::Manifest& manifest) {
   const proto::Source& source = manifest.source();
   std::string out = source_lines(manifest);

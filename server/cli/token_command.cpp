@@ -13,10 +13,8 @@
 namespace cordillera::server {
 namespace {
 
-/// Nobody but its owner reads a file that this makes; an existing one keeps its rights. The line begins on a line of its own.
-bool append(const std::string& path, const std::string& line) {
-  raster::Descriptor file(::open(path.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0600));
-  if (!file.is_open()) return false;
+/// The line begins on a line of its own.
+bool append(raster::Descriptor file, const std::string& line) {
   char last = '\n';
   const off_t size = lseek(file.number(), 0, SEEK_END);
   const bool looked = size <= 0 || pread(file.number(), &last, 1, size - 1) == 1;
@@ -40,11 +38,18 @@ int token_command(const TokenWords& words) {
                         "--name with 1 to 64 letters, digits, dots, dashes and underscores", "--name"});
   }
   const access::NewToken made = access::make_token(words.name, role);
-  if (!words.file.empty() && !append(words.file, made.line))
-    return fail({"output-failed", "cannot write " + words.file + ": " + strerror(errno), "a file that can be written", "--file"});
+  const auto cannot_write = [&](const char* more) {
+    return fail(
+        {"output-failed", "cannot write " + words.file + ": " + strerror(errno) + more, "a file that can be written", "--file"});
+  };
+  // Nobody but its owner reads a file that this makes; an existing one keeps its rights.
+  raster::Descriptor file(words.file.empty() ? -1 : ::open(words.file.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0600));
+  if (!words.file.empty() && !file.is_open()) return cannot_write("");
   std::cout << "token: " << made.token << "\n";
   if (words.file.empty()) std::cout << "line:  " << made.line << "\n";
-  std::cout << std::flush;
+  // A token that nobody has seen is not to be valid.
+  if (!std::cout.flush()) return kFailed;  // with_output says why
+  if (!words.file.empty() && !append(std::move(file), made.line)) return cannot_write("; the token is not valid");
   std::cerr << "The token is shown this once. "
             << (words.file.empty() ? "The line goes into the file of --tokens.\n"
                                    : "Its line was added to " + words.file + ".\n");

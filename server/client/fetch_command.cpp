@@ -207,7 +207,7 @@ int to_stdout(const ServiceAddress& place, const FetchLine& line) {
   std::cout << (isatty(STDOUT_FILENO) ? for_a_terminal(answer->body) : answer->body) << std::flush;
   if (is_provisional(*answer) && line.words == Verbosity::all)
     std::cerr << "cordillera: this is provisional: the dataset is not built to its end\n";
-  return std::cout ? kDone : kFailed;
+  return kDone;
 }
 
 void say(const FetchLine& line, const Fetching& fetch) {

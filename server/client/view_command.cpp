@@ -212,8 +212,7 @@ int view_command(const ViewLine& line, const std::string& program) {
   if (guide.busy()) {  // it would go on asking a service that is over
     data.reset();
     subjects->unpacked.clear();
-    std::cout.flush();
-    std::_Exit(code);
+    std::_Exit(with_output(code));
   }
   return guide.failed() ? kFailed : code;
 }

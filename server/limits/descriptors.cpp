@@ -1,6 +1,8 @@
 #include "server/limits/descriptors.h"
 
+#include <fcntl.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -24,6 +26,13 @@ std::size_t raise_descriptor_limit() {
   setrlimit(RLIMIT_NOFILE, &limit);
   getrlimit(RLIMIT_NOFILE, &limit);
   return limit.rlim_cur;
+}
+
+void hold_standard_descriptors() {
+  // The lowest one that is free is taken.
+  for (const int standard : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(standard, F_GETFD) == -1) open("/dev/null", standard == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+  }
 }
 
 std::string fit_to_descriptors(ServeSettings& settings, std::size_t descriptors) {

@@ -11,6 +11,10 @@ namespace cordillera::server::limits {
 /// As many as the system lets us have. Returns how many.
 std::size_t raise_descriptor_limit();
 
+/// Where stdin, stdout or stderr is closed, a file that is opened would take its place, and be read or written as if it were
+/// that. What this puts there can be neither read nor written, as a closed one.
+void hold_standard_descriptors();
+
 /// Sockets beyond so many connections that may be open for a moment: of clients that are told why they are refused.
 constexpr std::size_t refused_sockets(std::size_t connections) { return std::clamp<std::size_t>(connections / 8, 1, 32); }
 

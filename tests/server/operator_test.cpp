@@ -124,6 +124,16 @@ TEST_F(Operator, TokenTellsWhatItNeeds) {
   EXPECT_EQ(shell(kProgram + " token new --name a --role read --file /nowhere/at/all").code, 1);
 }
 
+TEST_F(Operator, ATokenThatNobodyHasSeenIsNotValid) {
+  const std::string file = (folder_.path() / "tokens").string();
+  for (const std::string lost : {" >/dev/full", " >&-"}) {
+    const Ended ended = shell(kProgram + " token new --name a --role admin --file " + file + lost);
+    EXPECT_EQ(ended.code, 1) << lost;
+    EXPECT_THAT(ended.output, testing::StartsWith("cordillera: not all of the output could be written to stdout")) << lost;
+    EXPECT_EQ(file_text(file), "") << lost;
+  }
+}
+
 TEST_F(Operator, AnOpenPortTakesTokens) {
   const Ended refused = shell(kProgram + " serve --listen 0.0.0.0:0 --data " + (folder_.path() / "open").string());
   EXPECT_EQ(refused.code, 1);

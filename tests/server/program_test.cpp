@@ -137,6 +137,22 @@ TEST_F(Program, QuietSaysNothingButProblems) {
   EXPECT_THAT(shell(build("-q --dry-run --max-level 10")).output, HasSubstr("nothing was built"));
 }
 
+TEST_F(Program, WhatNeverReachedStdoutIsNoSuccess) {
+  const std::string built = (folder_.path() / "a.sqlite").string();
+  ASSERT_EQ(shell(build("-q --max-level 6 -o " + built)).code, 0);
+  const std::string of_built[] = {"info ", "info --json ", "check ", "check --json "};
+  std::vector<std::string> commands = {"--version", "help", "help build", "man", "completion bash", "doctor"};
+  for (const std::string& command : of_built) commands.push_back(command + built);
+  for (const std::string& command : commands) {
+    const Ended lost = shell(kProgram + " " + command + " >/dev/full");
+    EXPECT_EQ(lost.code, 1) << command;
+    EXPECT_THAT(lost.output, HasSubstr("cordillera: not all of the output could be written to stdout")) << command;
+    const Ended closed = shell(kProgram + " " + command + " >&-");
+    EXPECT_EQ(closed.code, 1) << command << closed.output;
+  }
+  EXPECT_EQ(shell(build("-q --max-level 6 --overwrite -o " + built) + " >&-").code, 0) << "nothing was to be said";
+}
+
 TEST_F(Program, CheckSaysWhatItTakesOfAFileThatIsNoDataset) {
   const Ended refused = shell(kProgram + " check " + raster_);
   EXPECT_EQ(refused.code, 1) << refused.output;
