@@ -118,6 +118,7 @@ Result<void> write_mesh_file(const std::string& path, const TriangleMesh& mesh, 
   bool written = write_mesh(file, mesh, encoding);
   file.close();
   written = written && !file.fail();
+  error.clear();  // that there is no earlier file was no failure
   if (written) fs::rename(temporary, place, error);
   if (written && !error) return {};
   const std::string why = error ? error.message() : "no room, or the disk failed";

@@ -153,11 +153,15 @@ TEST_F(MeshFileOnDisk, ADiskThatIsFullLeavesTheEarlierOne) {
   const rlimit small{1000, before.rlim_max};
   setrlimit(RLIMIT_FSIZE, &small);
   const auto written = write_mesh_file(path, random_mesh(1), {});
+  const auto first = write_mesh_file((folder_ / "b.ply").string(), random_mesh(1), {});
   setrlimit(RLIMIT_FSIZE, &before);
   signal(SIGXFSZ, handler);
   ASSERT_FALSE(written.ok());
   EXPECT_EQ(written.problem().type, "output-failed");
   EXPECT_EQ(fs::file_size(path), 7u) << "the earlier one";
+  ASSERT_FALSE(first.ok());
+  for (const Problem& problem : {written.problem(), first.problem()})
+    EXPECT_TRUE(problem.detail.ends_with("no room, or the disk failed")) << problem.detail;
   EXPECT_EQ(files(), 1u) << "nothing half-made";
 }
 
