@@ -13,6 +13,7 @@ def parser(about):
     words = argparse.ArgumentParser(description=about)
     words.add_argument("plan", help="as the tasks see it: a folder on a shared volume, or /vsis3/BUCKET/PLAN")
     words.add_argument("-o", "--output", required=True, help="what publish writes: a folder, or NAME.sqlite, also in object storage")
+    words.add_argument("--overwrite", action="store_true", help="publish replaces what is in the output's place; without it that is refused")
     words.add_argument("--image", required=True, help="a container whose entry point is cordillera, such as that of deploy/Dockerfile")
     words.add_argument("--parts", type=int, default=1000, help="most tasks of an array [1000]")
     words.add_argument("--samples", type=float, default=4e7, help="finest samples that an array task should get at least [40000000, about a minute of a core]")
@@ -31,12 +32,21 @@ def stages(given):
     """[(number, parts, MiB)] of the stages that are not done, from below."""
     if not shutil.which(given.program):
         sys.exit(f"{os.path.basename(sys.argv[0])}: {given.program} is not in PATH; say --program")
+    if not given.overwrite and is_taken(given):
+        sys.exit(f"{os.path.basename(sys.argv[0])}: {given.output} is there already; --overwrite replaces it")
     tasks = subprocess.run([given.program, "tasks", given.here or given.plan, "--json"], stdout=subprocess.PIPE)
     if tasks.returncode != 0:
         sys.exit(tasks.returncode)  # the program has said why
     listed = json.loads(tasks.stdout)
     return [(s["stage"], max(1, min(math.ceil(s["cost"] / given.samples), s["tasks"], given.parts)), memory_mib(given, s["memory_mib"]))
             for s in listed if s["done"] < s["tasks"]]
+
+
+def is_taken(given):
+    """Whether there is an output already, as far as this machine sees it; publish would refuse after hours."""
+    if given.output.startswith("/vsi"):
+        return subprocess.run([given.program, "info", given.output], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode == 0
+    return os.path.isfile(given.output) or os.path.exists(os.path.join(given.output, "manifest.json"))
 
 
 LEAST_MIB = 1024  # of a block, and of publish
@@ -57,7 +67,7 @@ def work(given, stage, parts, memory):
 
 
 def publish(given):
-    return ["publish", given.plan, "-o", given.output, "--overwrite", "--quiet"]
+    return ["publish", given.plan, "-o", given.output, *(["--overwrite"] if given.overwrite else []), "--quiet"]
 
 
 def variables(given):

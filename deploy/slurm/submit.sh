@@ -13,6 +13,7 @@
 #   --retries N       how often a task is put back into the queue when it says that trying again may help [5]
 #   --program FILE    cordillera [found in PATH]
 #   --formats NAMES   of publish
+#   --overwrite       publish replaces what is in the output's place; without it that is refused
 #   --sbatch "WORDS"  further words for every sbatch: partition, account, ...
 #   --again           first take back what the queue still has of this plan: after a controller that forgot jobs, or for held ones
 #   --dry-run         say what would be submitted
@@ -20,19 +21,20 @@
 # A task that fails for good leaves the others alone: they finish, the stages above are cancelled. Mend what it complains of and submit
 # the same plan again: what is done is not done twice. The log of each task is in PLAN/log; of a plan in object storage, in this folder.
 #
-# A stage that is done is left out: a shard that publish calls damaged is to be removed first. A plan whose jobs are still in the queue is refused; --again takes them back first.
+# A stage that is done is left out. A damaged shard that a task or publish finds is removed, and so done again with the next submission. A plan whose jobs are still in the queue is refused; --again takes them back first.
 #
 # A controller that is killed may forget what was submitted in the seconds before, and hold what it finds half started. status.sh shows
 # tasks that are left without a job; the same line with --again gets them done.
 set -eu
 
 fail() { echo "submit.sh: $*" >&2; exit 2; }
-plan= output= parts=1000 samples=40000000 cpus=1 mem= minutes= gpu= retries=5 program= formats= extra= dry= again=
+plan= output= parts=1000 samples=40000000 cpus=1 mem= minutes= gpu= retries=5 program= formats= extra= dry= again= overwrite=
 while [ $# -gt 0 ]; do
   case $1 in
     --gpu) gpu=yes; shift; continue ;;
     --dry-run) dry=yes; shift; continue ;;
     --again) again=yes; shift; continue ;;
+    --overwrite) overwrite=yes; shift; continue ;;
     -o|--parts|--samples|--cpus|--mem|--time|--retries|--program|--formats|--sbatch) [ $# -ge 2 ] || fail "$1 needs a value" ;;
     -*) fail "unknown option $1" ;;
     *) [ -z "$plan" ] || fail "one plan, not $plan and $1"; plan=$1; shift; continue ;;
@@ -50,6 +52,11 @@ for number in "$parts" "$samples" "$cpus" "$retries"; do
   case $number in ''|*[!0-9]*) fail "'$number' is no whole number" ;; esac
 done
 case $mem in *[!0-9]*) fail "'$mem' is no whole number" ;; esac
+# Said now: publish would refuse after hours.
+taken() {
+  case $output in /vsi*) "$program" info "$output" > /dev/null 2>&1 ;; *) [ -f "$output" ] || [ -e "$output/manifest.json" ] ;; esac
+}
+if [ -z "$overwrite" ] && taken; then fail "$output is there already; --overwrite replaces it"; fi
 stages=$("$program" tasks "$plan" --json)  # [{"stage": 0, "tasks": 12, "done": 0, "cost": 2.0e8, "memory_mib": 1024}, ...]
 case $plan in /vsi*) logs=. ;; *) logs=$plan/log; mkdir -p "$logs" ;; esac
 
@@ -117,6 +124,6 @@ while read -r stage tasks ended cost least; do
   before=$job
 done < "${TMPDIR:-/tmp}/submit.$$"
 [ -n "$listed" ] || fail "$plan has no stages"
-job=$(submit cordillera-publish "$(quoted "$program") publish $(quoted "$plan") -o $(quoted "$output") --overwrite${formats:+ --formats $(quoted "$formats")}" "${mem:-1024}" \
+job=$(submit cordillera-publish "$(quoted "$program") publish $(quoted "$plan") -o $(quoted "$output")${overwrite:+ --overwrite}${formats:+ --formats $(quoted "$formats")}" "${mem:-1024}" \
   --output="$logs/publish.log" --time="${minutes:-240}" ${before:+--dependency=afterok:$before --kill-on-invalid-dep=yes})
 echo "publish: job $job"

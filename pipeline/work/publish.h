@@ -17,7 +17,7 @@ proto::Result<std::vector<Progress>> progress_of(const proto::WorkPlan& plan, co
 
 /// Checks that every shard is there, then every hash, and writes the store that a build in one process would have written: the
 /// same tiles, the same bytes. store_path appears whole or stays as it was. Problems: "shards-missing" with the first of them,
-/// "shard-damaged", "cancelled".
+/// "shard-damaged" of the first one, which is removed; "cancelled".
 proto::Result<proto::Manifest> publish(const proto::WorkPlan& plan, const std::string& folder, const std::string& store_path,
                                        const std::atomic<bool>& stop);
 

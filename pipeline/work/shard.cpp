@@ -24,8 +24,10 @@ proto::Problem missing(const std::string& path, const proto::WorkTask& task) {
   return {"shard-missing", "task " + place(task) + " has not been done: " + path + " does not exist",
           "cordillera work for its stage", ""};
 }
+/// It goes, so that it no longer counts as done: schedulers leave out stages that are.
 proto::Problem damaged(const std::string& path, const proto::WorkTask& task) {
-  return {"shard-damaged", "the result of task " + place(task) + " is damaged: " + path,
+  const std::string removed = raster::remove_file(path) ? ", and was removed" : "";
+  return {"shard-damaged", "the result of task " + place(task) + " is damaged" + removed + ": " + path,
           "cordillera work for its stage, which makes it anew", ""};
 }
 

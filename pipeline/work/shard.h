@@ -18,7 +18,7 @@ std::string shard_path(const std::string& folder, const std::string& key);
 /// Written whole or not at all; two writers of one key write the same bytes.
 proto::Result<void> write_shard(const std::string& folder, const proto::WorkTask& task, const FinishedTask& finished);
 
-/// Reads, and compares hashes and key. "shard-missing" or "shard-damaged" name the task and the file.
+/// Reads, and compares hashes and key. "shard-missing" or "shard-damaged" name the task and the file; a damaged one is removed.
 proto::Result<FinishedTask> read_shard(const std::string& folder, const proto::WorkTask& task);
 /// The same without the mesh, which is not read, and so not compared: of a large raster it is most of a shard.
 proto::Result<FinishedTask> read_shard_tiles(const std::string& folder, const proto::WorkTask& task);

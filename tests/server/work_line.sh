@@ -40,7 +40,38 @@ for kind in kubernetes aws-batch; do
   for memory in 1536 3072 1024; do grep -q "\"$memory\(Mi\)*\"" said || fail "$kind: there is no $memory"; done
 done
 
+# What is in the output's place is replaced only where that is asked for.
+mkdir out && echo '{}' > out/manifest.json
+submits() {  # kind, further words
+  local kind=$1
+  shift
+  case $kind in
+    slurm) "${submit[@]}" "$work/listed" "$@" ;;
+    kubernetes) "$here/../../deploy/kubernetes/jobs.py" plan -o out --image image --program "$work/listed" "$@" ;;
+    aws-batch) "$here/../../deploy/aws-batch/jobs.py" plan -o out --image image --program "$work/listed" --queue queue --into requests "$@" && cat requests/publish.json ;;
+  esac
+}
+for kind in slurm kubernetes aws-batch; do
+  submits $kind > said 2>&1 && fail "$kind replaces what is there"
+  grep -q 'out is there already; --overwrite replaces it' said || fail "$kind does not say that the output is there"
+  submits $kind --overwrite > said 2>&1 && grep -q -e --overwrite said || fail "$kind does not tell publish to replace"
+done
+rm -r out
+for kind in slurm kubernetes aws-batch; do
+  submits $kind > said 2>&1 || fail "$kind refuses a place that is free"
+  if grep -q -e --overwrite said; then fail "$kind replaces without being asked"; fi
+done
+
+# A damaged shard is named and goes, so that schedulers have it done again.
+says 0 '' work plan -q
+shard=$(find plan/shards -name '*.shard' -size +1k | head -n 1)
+truncate -s -1 "$shard"
+says 75 'is damaged, and was removed: plan/shards/' publish plan -o out.sqlite
+"$program" tasks plan --json > said
+python3 -c 'import json, sys; sys.exit(all(s["done"] == s["tasks"] for s in json.load(open("said"))))' || fail 'a shard that was damaged counts as done'
+
 # A shard without bytes is none, and publish says so.
+says 0 '' work plan -q
 shard=$(find plan/shards -name '*.shard' | head -n 1)
 : > "$shard"
 says 75 '1 task has not been done' publish plan -o out.sqlite

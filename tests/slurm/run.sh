@@ -71,7 +71,9 @@ case_plain() {
   wait_for_jobs 240
   same_as_one plain
   status plain 'all is done, and was published'
-  submit_plan plain > "$work/said"  # nothing is left but to publish
+  ! submit_plan plain 2> "$work/said" || failed "what was published is replaced without being asked for"
+  grep -q 'is there already; --overwrite replaces it' "$work/said" || failed "$(cat "$work/said")"
+  submit_plan plain --overwrite > "$work/said"  # nothing is left but to publish
   [ "$(grep -c 'tasks*, done$' "$work/said")" = "$(grep -c '^stage' "$work/said")" ] || failed "stages that are done are submitted: $(cat "$work/said")"
   wait_for_jobs 240
   same_as_one plain
@@ -120,7 +122,7 @@ case_controller() {  # it is killed while it has not yet written down what was s
     done
     [ ! -d "$work/controller-out" ] || break
     echo "tasks are left: submitted again"
-    submit_plan controller --again
+    submit_plan controller --again --overwrite  # what was forgotten may publish meanwhile
   done
   same_as_one controller
 }

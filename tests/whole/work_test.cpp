@@ -184,6 +184,10 @@ TEST_F(Work, what_is_missing_or_damaged_is_named_and_nothing_is_published) {
     ASSERT_FALSE(refused.ok());
     EXPECT_EQ(refused.problem().type, "shard-damaged");
     EXPECT_FALSE(fs::exists(folder_.path("out.sqlite")));
+    // A scheduler that is told what is done has it done again.
+    const auto progress = work::progress_of(plan, shards_);
+    ASSERT_TRUE(progress.ok());
+    EXPECT_EQ((*progress)[0].done + 1, (*progress)[0].all);
     // Work makes it anew, and no other.
     done_ = 0;
     ASSERT_TRUE(stage(plan, 0).ok());
