@@ -116,6 +116,25 @@ proto::Result<gpu::fit::SimplifiedMesh> published(const gpu::fit::HeightMesh& in
   return result;
 }
 
+/// How many triangles were asked for; 0: something else was.
+std::uint64_t wanted(const SimplifyRequest& request, std::uint64_t input_triangles) {
+  using Kind = gpu::fit::MeshTarget::Kind;
+  const auto share = [&](double keep) {
+    return std::max<std::uint64_t>(1, static_cast<std::uint64_t>(std::llround(keep * static_cast<double>(input_triangles))));
+  };
+  if (request.cleap) return request.cleap->keep > 0 ? share(request.cleap->keep) : request.cleap->target.triangles;
+  if (request.target.kind == Kind::error_m) return 0;
+  return request.target.kind == Kind::keep ? share(request.target.value) : static_cast<std::uint64_t>(request.target.value);
+}
+
+void warn_of_more(const SimplifyRequest& request, std::uint64_t asked, std::uint64_t reached) {
+  if (asked == 0 || reached <= asked) return;
+  std::cerr << "cordillera: warning: " << reached << " triangles instead of " << asked << ": "
+            << (request.cleap ? "the published algorithm found no further edge to collapse"
+                              : "the border stays where it is, and a vertex has at most 16 edges")
+            << "\n";
+}
+
 gpu::fit::HeightMesh height_mesh(TriangleMesh mesh) {
   return {std::move(mesh.x), std::move(mesh.y), std::move(mesh.z), std::move(mesh.triangles)};
 }
@@ -170,6 +189,7 @@ int run(const SimplifyLine& line, const SimplifyRequest& request) {
     return fail(written.problem());
   }
   report.write_seconds = watch.lap();
+  warn_of_more(request, wanted(request, report.input_triangles), outcome.mesh.triangles.size());
   std::cout << (line.show == Show::json ? report_json(report) : report_table(report)) << std::flush;
   return kDone;
 }

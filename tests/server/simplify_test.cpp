@@ -232,6 +232,34 @@ TEST_F(Simplify, EveryQualityKeepsTheCountAndNoneIsTheSame) {
   EXPECT_LT(most["minimax"], most["default"]);
 }
 
+/// The border of two notches has twelve corners.
+TEST_F(Simplify, MoreTrianglesThanAskedForAreTold) {
+  TriangleMesh mesh = hills(13);
+  std::erase_if(mesh.triangles, [&](const auto& triangle) {
+    const auto column = triangle[0] % 13, row = triangle[0] / 13;
+    return (column >= 10 && row <= 1) || (column <= 1 && row >= 10);
+  });
+  std::vector<std::uint32_t> place(mesh.vertices(), 0);
+  for (const auto& triangle : mesh.triangles)
+    for (const std::uint32_t v : triangle) place[v] = 1;
+  TriangleMesh notched;
+  for (std::size_t v = 0; v < place.size(); ++v) {
+    if (place[v] == 0) continue;
+    place[v] = static_cast<std::uint32_t>(notched.vertices());
+    notched.x.push_back(mesh.x[v]), notched.y.push_back(mesh.y[v]), notched.z.push_back(mesh.z[v]);
+  }
+  for (const auto& t : mesh.triangles) notched.triangles.push_back({place[t[0]], place[t[1]], place[t[2]]});
+  write("in.ply", notched, {MeshFormat::ply_little_endian, CoordinateType::float64});
+  const Ended few = run("in.ply -o out.ply --triangles 3");
+  EXPECT_EQ(few.code, 0) << few.output;
+  EXPECT_THAT(few.output, HasSubstr("cordillera: warning: " + std::to_string(result("out.ply").triangles.size()) +
+                                    " triangles instead of 3: the border stays where it is"));
+  EXPECT_THAT(run("in.ply -o out.ply --keep 0.001 --strategy cleap").output,
+              HasSubstr("the published algorithm found no further edge to collapse"));
+  for (const std::string target : {"--triangles 100", "--triangles 100000", "--error 5", "--strategy cleap --collapses 20"})
+    EXPECT_THAT(run("in.ply -o out.ply " + target).output, testing::Not(HasSubstr("warning"))) << target;
+}
+
 TEST_F(Simplify, SameBytesWhateverTheThreads) {
   write("in.ply", hills(31), {MeshFormat::ply_little_endian, CoordinateType::float64});
   const Json one = report("in.ply -o one.ply --keep 0.2 --threads 1"),
