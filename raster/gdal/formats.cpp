@@ -86,6 +86,11 @@ const Format* needs_others(std::string_view extension) {
   return found == kFormats.end() ? nullptr : found;
 }
 
+std::string header_of(std::string_view extension) {
+  if (needs_others(extension) == nullptr || extension == ".ers") return "";
+  return extension == ".sdat" ? ".sgrd" : ".hdr";
+}
+
 std::string raster_extensions() {
   std::string all;
   for (const Format& format : kFormats) all += format.extensions;

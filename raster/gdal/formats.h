@@ -43,6 +43,8 @@ bool is_pam(const std::string& name);
 std::string pam_of_unpacked(const std::string& raster);
 /// The format whose rasters need files beside them and have this extension; null: there is none.
 const Format* needs_others(std::string_view extension);
+/// ".hdr" of ".bil": what the header has that lies beside such a raster; empty where there is none, or, of ".ers", is the raster.
+std::string header_of(std::string_view extension);
 /// All of is_raster_extension, for people.
 std::string raster_extensions();
 

@@ -174,7 +174,10 @@ LiveFolder::Files LiveFolder::files() const {
   if (error) files.trouble = "it cannot be read to its end: " + error.message();
   for (auto at = found.begin(); at != found.end();) {
     const auto sides = files.sides.of(at->first);
-    const bool lacks_some = sides.empty() && raster::needs_others(raster::extension_of(at->first)) != nullptr;
+    const std::string header = raster::header_of(raster::extension_of(at->first));
+    const bool lacks_some = !header.empty() && std::ranges::none_of(sides, [&](const SideFiles::Side& side) {
+      return raster::extension_of(side.path) == header;
+    });
     for (const auto& side : sides)
       if (at->second.bytes > 0) at->second.add(side.print);
     at = lacks_some ? found.erase(at) : std::next(at);

@@ -138,6 +138,8 @@ TEST_F(LiveFolder, WhatLiesBesideARasterIsReadWithIt) {
   write(live_ / "flat.prj", utm);
   write(live_ / "flat.flt", heights(100));
   write(live_ / "alone.flt", heights(100));
+  write(live_ / "alone.prj", utm);
+  write(live_ / "alone.flt.aux.xml", "<PAMDataset/>\n");
   server_.start(folder_.path(), {"--live", live_.string(), "--vertical-datum", "ellipsoid"});
   ASSERT_TRUE(becomes({"flat ready"})) << "one without its header is none";
   EXPECT_NEAR(highest("flat"), 100, 1);
