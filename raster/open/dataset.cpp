@@ -106,8 +106,17 @@ bool has_size_of_hgt(const std::string& path) {
 
 /// The line that sends a raster of this kind with what it needs.
 std::string form_of(const std::string& extension) {
-  const std::string other = extension == ".ers" ? "" : extension == ".sdat" ? ".sgrd" : ".hdr";
-  return "curl -F file=@dem" + extension + " -F file=@dem" + other;
+  return "curl -F file=@dem" + extension + " -F file=@dem" + header_of(extension);
+}
+
+/// Raw pixels of ENVI have a .hdr, too, and may be called .bil.
+bool has_header_of_envi(const std::string& path) {
+  for (const char* const extension : {".hdr", ".HDR"}) {
+    if (first_line_of_text(fs::path(path).replace_extension(extension).string()) == "ENVI" ||
+        first_line_of_text(path + extension) == "ENVI")
+      return true;
+  }
+  return false;
 }
 
 Problem not_opened(const AtHand& raster, const std::string& message) {
@@ -129,6 +138,9 @@ Problem not_opened(const AtHand& raster, const std::string& message) {
             name + " cannot be opened as a raster; it has the size of an .hgt, which knows its place only by its name",
             "the name under which it was published, such as N44W072.hgt", "name"};
   const Format* const format = needs_others(extension_of(raster.file));
+  if (format != nullptr && has_header_of_envi(raster.path))
+    return {"raster-format-unsupported", name + " has a header of ENVI beside it, and only Esri's are read",
+            "a GeoTIFF, which this makes of it: " + copying_line("gdal_translate", raster.file), ""};
   if (format != nullptr)
     return {
         "raster-format-unsupported",

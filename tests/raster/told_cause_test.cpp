@@ -96,6 +96,17 @@ TEST_F(ToldCause, ThePrintedLineSortsPointsAsItStands) {
   }
 }
 
+TEST_F(ToldCause, AHeaderOfEnviIsNotEsris) {
+  Spec spec;
+  const GDALDatasetUniquePtr raster(GDALDataset::Open(write(spec).c_str(), GDAL_OF_RASTER));
+  const std::string file = path("dem.bil");
+  GDALDriver* const envi = GetGDALDriverManager()->GetDriverByName("ENVI");
+  if (envi == nullptr) GTEST_SKIP() << "this GDAL writes no ENVI";
+  GDALDatasetUniquePtr(envi->CreateCopy(file.c_str(), raster.get(), FALSE, nullptr, nullptr, nullptr));
+  EXPECT_THAT(told(file), AllOf(HasSubstr("dem.bil has a header of ENVI beside it, and only Esri's are read"),
+                                HasSubstr("gdal_translate dem.bil dem.tif")));
+}
+
 TEST_F(ToldCause, AFolderThatIsNotThereHasAName) {
   EXPECT_EQ(told(path("nofile/")), "nofile does not exist");
   EXPECT_THAT(told("/"), StartsWith("\"/\" is not a file"));
