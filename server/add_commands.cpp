@@ -67,6 +67,10 @@ proto::Result<Settings> settings_from(const std::vector<OptionSpec>& table, cons
   return with_layer(*layered, table, reading.given, Spelling::command_line);
 }
 
+void add_quiet(CLI::App& command, Verbosity& words) {
+  add_value_flag(command, "-q,--quiet", words, Verbosity::none, "say nothing but problems");
+}
+
 int say(const std::string& text) {
   std::cout << text;
   return kDone;
@@ -168,7 +172,7 @@ void add_build(CommandLine& commands) {
       ->group(kOutput);
   for (const LookOption& option : look_options())
     build->add_option(option.name, line.look.*option.value, option.help)->type_name(option.type)->group(kOutput);
-  add_value_flag(*build, "-q,--quiet", line.words, Verbosity::none, "say nothing but problems");
+  add_quiet(*build, line.words);
   add_options(*build, build_options(), words->reading);
 }
 
@@ -235,7 +239,7 @@ void add_export(CommandLine& commands) {
   command->add_option("--max-triangles", line.most_triangles, "most triangles of a mesh [1 to 100000000; default 10000000]")
       ->type_name("N");
   add_value_flag(*command, "--overwrite,--force", line.other, pipeline::Existing::replace, "replace a file that is there");
-  add_value_flag(*command, "-q,--quiet", line.words, Verbosity::none, "say nothing but problems");
+  add_quiet(*command, line.words);
 }
 
 void add_work(CommandLine& commands) {
@@ -279,6 +283,7 @@ void add_check(CommandLine& commands) {
       ->type_name("RASTER")
       ->allow_extra_args(false);  // what follows is the dataset
   add_value_flag(*check, "--json", line->show, Show::json, "the report as JSON");
+  add_quiet(*check, line->words);
 }
 
 /// What is done to a server's data folder.
@@ -286,10 +291,11 @@ void add_keeping(CommandLine& commands) {
   struct Line {
     std::string data, backup;
     Orphans orphans = Orphans::keep;
+    Verbosity words = Verbosity::all;
   };
   const auto line = std::make_shared<Line>();
   auto* vacuum = commands.add("vacuum", "remove from a stopped server's data folder what nothing names, and give free pages back",
-                              [line] { return vacuum_command(line->data, line->orphans); });
+                              [line] { return vacuum_command(line->data, line->orphans, line->words); });
   vacuum->add_option("data", line->data, "the data folder");
   add_value_flag(*vacuum, "--orphans", line->orphans, Orphans::remove,
                  "also remove folders that were set aside because no dataset could be made of them");
@@ -297,14 +303,15 @@ void add_keeping(CommandLine& commands) {
                              [line] { return adopt_command(line->data); });
   adopt->add_option("data", line->data, "the data folder");
   auto* backup = commands.add("backup", "copy a server's data folder while the server runs",
-                              [line] { return backup_command(line->data, line->backup); });
+                              [line] { return backup_command(line->data, line->backup, line->words); });
   backup->add_option("data", line->data, "the data folder");
   backup->add_option("-o,--output", line->backup, "a folder that does not exist yet")->type_name("FOLDER");
   auto* restore = commands.add("restore", "make a data folder from a backup", [line] {
-    return restore_command(line->backup, line->data.empty() ? ServeSettings().data : line->data);
+    return restore_command(line->backup, line->data.empty() ? ServeSettings().data : line->data, line->words);
   });
   restore->add_option("backup", line->backup, "a folder that backup wrote");
   restore->add_option("--data", line->data, "the data folder to make [cordillera-data]")->type_name("FOLDER");
+  for (CLI::App* command : {vacuum, backup, restore}) add_quiet(*command, line->words);
 }
 
 void add_token(CommandLine& commands) {

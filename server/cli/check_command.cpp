@@ -38,7 +38,8 @@ Json json_of(const std::string& path, const Report& report) {
   return json;
 }
 
-void print(const std::string& path, const Report& report) {
+void print(const std::string& path, const Report& report, Verbosity words) {
+  if (words == Verbosity::none && report.sound()) return;
   for (const auto& finding : report.findings.kept()) std::cout << path << ": " << finding.where << ": " << finding.what << "\n";
   std::cout << path << ": " << (report.sound() ? "sound" : std::to_string(report.findings.count()) + " findings") << "; "
             << report.checksums << " checksums, " << report.tiles << " tiles decoded, " << report.borders << " borders compared";
@@ -83,7 +84,7 @@ OpenRasters rasters_of(const std::vector<std::string>& sources) {
   };
 }
 
-proto::Result<Report> check_one(const fs::path& path, const OpenRasters& rasters, Show show) {
+proto::Result<Report> check_one(const fs::path& path, const OpenRasters& rasters, const CheckLine& line) {
   std::error_code error;
   if (path_kind(path.string()) == PathKind::raster)
     return proto::Problem{"store-unknown", path.string() + " is no dataset",
@@ -91,7 +92,7 @@ proto::Result<Report> check_one(const fs::path& path, const OpenRasters& rasters
   if (fs::exists(path / pipeline::work::kPlanFile, error) && !fs::exists(path / "manifest.json", error))
     return proto::Problem{"store-unknown", path.string() + " is a plan, whose results `cordillera publish` checks",
                           "what publish wrote: a .sqlite file or a folder of tiles", "path"};
-  ProgressBar bar(ProgressBar::style_of(show == Show::table), kBarPatience);
+  ProgressBar bar(ProgressBar::style_of(line.show == Show::table && line.words == Verbosity::all), kBarPatience);
   const auto told = bar.callback();
   if (!fs::is_directory(path, error)) return pipeline::check::check_store(path.string(), rasters, told);
   if (fs::exists(path / kStoreFile, error)) return pipeline::check::check_store((path / kStoreFile).string(), rasters, told);
@@ -108,13 +109,13 @@ std::vector<std::string> ready_datasets(const Layout& layout) {
 }
 
 /// Says what came out; whether it was sound.
-bool tell(const std::string& path, const proto::Result<Report>& report, Show show, Json& all) {
-  if (show == Show::json) {
+bool tell(const std::string& path, const proto::Result<Report>& report, const CheckLine& line, Json& all) {
+  if (line.show == Show::json) {
     all.push_back(
         report ? json_of(path, *report)
                : Json{{"path", path}, {"sound", false}, {"problem", report.problem().type}, {"detail", report.problem().detail}});
   } else if (report) {
-    print(path, *report);
+    print(path, *report, line.words);
   } else {
     complain(report.problem());
   }
@@ -142,10 +143,11 @@ int check_command(const CheckLine& line) {
       return kFailed;
     }
     for (const std::string& id : ids)
-      sound = tell(layout.dataset(id).string(), check_one(layout.store(id), nullptr, line.show), line.show, all) && sound;
-    if (line.show == Show::table) std::cout << line.path << ": " << ids.size() << " datasets that are ready\n";
+      sound = tell(layout.dataset(id).string(), check_one(layout.store(id), nullptr, line), line, all) && sound;
+    if (line.show == Show::table && line.words == Verbosity::all)
+      std::cout << line.path << ": " << ids.size() << " datasets that are ready\n";
   } else {
-    sound = tell(line.path, check_one(line.path, rasters_of(line.sources), line.show), line.show, all);
+    sound = tell(line.path, check_one(line.path, rasters_of(line.sources), line), line, all);
   }
   if (line.show == Show::json) std::cout << Json{{"sound", sound}, {"datasets", all}}.dump(2) << "\n";
   return sound ? kDone : kFailed;

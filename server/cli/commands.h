@@ -89,14 +89,15 @@ struct CheckLine {
   std::string path;                  ///< a store, a dataset's folder, a static folder or a server's data folder
   std::vector<std::string> sources;  ///< the rasters it was built from, as they were named then, or none
   Show show = Show::table;
+  Verbosity words = Verbosity::all;
 };
 /// cordillera check: whether datasets are what they say. The exit code says so too.
 int check_command(const CheckLine& line);
 /// cordillera adopt, vacuum, backup, restore: a server's data folder.
 int adopt_command(const std::string& data);
-int vacuum_command(const std::string& data, Orphans orphans);
-int backup_command(const std::string& data, const std::string& output);
-int restore_command(const std::string& from, const std::string& data);
+int vacuum_command(const std::string& data, Orphans orphans, Verbosity words = Verbosity::all);
+int backup_command(const std::string& data, const std::string& output, Verbosity words = Verbosity::all);
+int restore_command(const std::string& from, const std::string& data, Verbosity words = Verbosity::all);
 
 struct TokenWords {
   std::string action;  ///< new

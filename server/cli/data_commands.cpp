@@ -12,6 +12,10 @@ std::string counted(const BackedUp& done) {
   return std::to_string(done.ready) + " datasets with their tiles, " + std::to_string(done.waiting) + " still to be built";
 }
 
+void say(Verbosity words, const std::string& folder, const std::string& what) {
+  if (words == Verbosity::all) std::cout << folder << ": " << what << "\n";
+}
+
 }  // namespace
 
 int adopt_command(const std::string& data) {
@@ -21,13 +25,14 @@ int adopt_command(const std::string& data) {
   return kDone;
 }
 
-int vacuum_command(const std::string& data, Orphans orphans) {
+int vacuum_command(const std::string& data, Orphans orphans, Verbosity words) {
   const auto done = vacuum(Layout{data}, orphans);
   if (!done) return fail(done.problem());
-  std::cout << data << ": " << done->files << " files and folders removed, " << done->stores << " stores rewritten, "
-            << done->bytes << " bytes less\n";
+  say(words, data,
+      std::to_string(done->files) + " files and folders removed, " + std::to_string(done->stores) + " stores rewritten, " +
+          std::to_string(done->bytes) + " bytes less");
   if (done->orphans > 0)
-    std::cout << data << ": " << done->orphans << " folders in orphans/ are no datasets; vacuum --orphans removes them\n";
+    say(words, data, std::to_string(done->orphans) + " folders in orphans/ are no datasets; vacuum --orphans removes them");
   if (done->unchanged.empty()) return kDone;
   std::string why;
   for (const std::string& one : done->unchanged) why += (why.empty() ? "" : "; ") + one;
@@ -35,11 +40,11 @@ int vacuum_command(const std::string& data, Orphans orphans) {
                "sound stores on a disk with room for a second one; cordillera check says what is damaged", "path"});
 }
 
-int backup_command(const std::string& data, const std::string& output) {
+int backup_command(const std::string& data, const std::string& output, Verbosity words) {
   if (output.empty()) return wrong_usage({"usage", "backup needs to know where to write", "-o FOLDER", "--output"});
   const auto done = backup(Layout{data}, output);
   if (!done) return fail(done.problem());
-  std::cout << output << ": " << counted(*done) << "\n";
+  say(words, output, counted(*done));
   if (done->damaged.empty()) return kDone;
   std::string names;
   for (const std::string& id : done->damaged) names += (names.empty() ? "" : ", ") + id;
@@ -48,10 +53,10 @@ int backup_command(const std::string& data, const std::string& output) {
                "an earlier backup of them, or posting their rasters again; cordillera check says what is damaged", "path"});
 }
 
-int restore_command(const std::string& from, const std::string& data) {
+int restore_command(const std::string& from, const std::string& data, Verbosity words) {
   const auto done = restore(from, Layout{data});
   if (!done) return fail(done.problem());
-  std::cout << data << ": " << counted(*done) << "\n";
+  say(words, data, counted(*done));
   return kDone;
 }
 

@@ -43,6 +43,13 @@ std::vector<std::string> understood(std::vector<std::string> words) {
     words.insert(words.size() > 0 ? words.begin() + 1 : words.begin(), in_full ? "--help-all" : "--help");
   }
   if (words.size() == 1 && (words[0] == "version" || words[0] == "-v" || words[0] == "-V")) words[0] = "--version";
+  // The library would take what follows for words of no command, once the command has a word.
+  const auto mark = std::find(words.begin(), words.end(), "--");
+  const auto options = static_cast<std::size_t>(mark - words.begin());
+  if (mark != words.end()) words.erase(mark);
+  for (std::size_t k = options; k < words.size(); ++k) {
+    if (words[k].size() > 1 && words[k][0] == '-') words[k] = "./" + words[k];
+  }
   std::vector<std::string> out;
   for (std::size_t k = 0; k < words.size(); ++k) {
     out.push_back(words[k]);

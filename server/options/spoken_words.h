@@ -7,7 +7,7 @@
 namespace cordillera::server {
 
 /// Without the program's name: `help` and `help build` are --help (with --all --help-all), `version` and -v are --version, and
-/// the four numbers of `--bbox 10 46 11 47` are one word.
+/// the four numbers of `--bbox 10 46 11 47` are one word. `--` goes: what follows is no option, so that "-a.tif" is "./-a.tif".
 std::vector<std::string> understood(std::vector<std::string> words);
 
 /// The option that other programs call so: "--t_srs" and "epsg" are "crs", "units" is "z-scale". None: nobody is known to.

@@ -153,6 +153,38 @@ TEST_F(Program, WhatNeverReachedStdoutIsNoSuccess) {
   EXPECT_EQ(shell(build("-q --max-level 6 --overwrite -o " + built) + " >&-").code, 0) << "nothing was to be said";
 }
 
+TEST_F(Program, WhoKeepsADataFolderMayBeQuiet) {
+  const std::string data = (folder_.path() / "data").string(), store = (folder_.path() / "a.sqlite").string();
+  start_server();
+  ASSERT_EQ(curl("-H 'Prefer: wait=400' " + post_arguments("&max_level=6"))["state"], "ready");
+  const auto silent = [&](const std::string& line) {
+    const Ended ended = shell(kProgram + " " + line);
+    EXPECT_EQ(ended.code, 0) << line << ended.output;
+    EXPECT_EQ(ended.output, "") << line;
+  };
+  silent("backup -q " + data + " -o " + data + ".copy");
+  silent("check --quiet " + data);
+  server_.end(SIGTERM);
+  silent("vacuum -q " + data);
+  silent("restore -q " + data + ".copy --data " + data + ".restored");
+  // Problems are said.
+  ASSERT_EQ(shell(build("-q --max-level 6 -o " + store)).code, 0);
+  silent("check -q " + store);
+  std::filesystem::resize_file(store, std::filesystem::file_size(store) / 2);
+  const Ended damaged = shell(kProgram + " check -q " + store);
+  EXPECT_EQ(damaged.code, 1);
+  EXPECT_THAT(damaged.output, HasSubstr("a.sqlite")) << "quiet is not silent";
+}
+
+TEST_F(Program, TwoDashesEndTheOptions) {
+  std::filesystem::copy(raster_, folder_.path() / "-dash.asc");
+  const Ended built = shell("cd " + folder_.path().string() + " && " + kProgram +
+                            " build --crs EPSG:4326 --vertical-datum ellipsoid --dry-run --max-level 6 cone.asc -- -dash.asc");
+  EXPECT_EQ(built.code, 0) << built.output;
+  EXPECT_THAT(built.output, HasSubstr("2 rasters"));
+  EXPECT_EQ(shell(kProgram + " --version --").code, 0);
+}
+
 TEST_F(Program, CheckSaysWhatItTakesOfAFileThatIsNoDataset) {
   const Ended refused = shell(kProgram + " check " + raster_);
   EXPECT_EQ(refused.code, 1) << refused.output;

@@ -29,6 +29,12 @@ TEST(SpokenWords, HelpVersionAndFourWordsOfABox) {
   EXPECT_THAT(understood({}), ElementsAre());
 }
 
+TEST(SpokenWords, TwoDashesEndTheOptions) {
+  EXPECT_THAT(understood({"build", "a.tif", "-q", "--", "-b.tif", "c.tif", "--", "-"}),
+              ElementsAre("build", "a.tif", "-q", "./-b.tif", "c.tif", "./--", "-"));
+  EXPECT_THAT(understood({"info", "--"}), ElementsAre("info"));
+}
+
 TEST(SpokenWords, OptionsInMessagesAreSpeltAsTyped) {
   EXPECT_EQ(as_typed("z_scale= for another unit (z_scale=0.001 for millimetres), or nodata= for a value"),
             "--z-scale for another unit (--z-scale=0.001 for millimetres), or --nodata for a value");
