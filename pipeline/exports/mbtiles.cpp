@@ -19,9 +19,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The file is thrown away if anything fails, so it needs no journal. 1297105496 is "MPBX".
+// The file is thrown away if anything fails, so its journal needs no file, which a full disk would leave beside it; SQLite keeps
+// one where databases are defended. 1297105496 is "MPBX".
 constexpr const char* kTables = R"(
-PRAGMA journal_mode = OFF;
+PRAGMA journal_mode = MEMORY;
 PRAGMA synchronous = OFF;
 PRAGMA application_id = 1297105496;
 CREATE TABLE metadata(name TEXT, value TEXT);

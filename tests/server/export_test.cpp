@@ -50,6 +50,18 @@ TEST_F(Export, EveryEndingIsAFile) {
               HasSubstr("is a raster, and export takes what was built of one; accepted: cordillera build " + raster_));
 }
 
+/// Beyond 2 MB SQLite writes while tiles still come, and cannot undo it there.
+TEST_F(Export, AFullDiskLeavesNothingBeside) {
+  const std::string disk = place("disk"), file = disk + "/a.mbtiles";
+  ASSERT_EQ(shell(build("-o " + place("large.sqlite") + " -q --max-level 12")).code, 0);
+  const Ended full = shell("mkdir " + disk + " && unshare -rm sh -c 'mount -t tmpfs -o size=100k none " + disk + " || exit 77; " +
+                           kProgram + " export " + place("large.sqlite") + " -q -o " + file +
+                           " --format terrain-rgb; echo ended with $?; ls -A " + disk + "'");
+  if (full.code == 77 || full.output.starts_with("unshare: ")) GTEST_SKIP() << "no disk of its own may be mounted here";
+  EXPECT_THAT(full.output, testing::StartsWith("cordillera: cannot write " + file + ": the disk is full"));
+  EXPECT_THAT(full.output, testing::EndsWith("\nended with 1\n")) << "with nothing on the disk";
+}
+
 /// One command from the raster to the file: the same bytes as by way of a dataset.
 TEST_F(Export, OfARasterIsWhatBuildMakesOfSuchAName) {
   for (const std::string name : {"a.pmtiles", "a.3tz", "a.stl"}) {
