@@ -175,6 +175,7 @@ proto::Result<void> check_plan_folder(const std::string& folder) {
 /// A single raster gives its name to its dataset, several the folder of their plan, as those of build do.
 std::string name_of_plan(const std::vector<raster::MosaicMember>& members, const std::string& folder) {
   if (members.size() == 1) return fs::path(members.front().path).filename().string();
+  if (folder.empty()) return "";  // a dry run needs none
   return proto::place_of(folder).filename().string();
 }
 

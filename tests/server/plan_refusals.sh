@@ -104,6 +104,7 @@ grep -q '"name":"dem00.asc","sources"' one/plan.json || fail 'a single raster do
 says 1 'dem00.asc is there and no folder' plan dem -o dem/dem00.asc "${options[@]}" --vertical-datum ellipsoid
 says 1 'dem holds something else than a plan' plan dem -o dem "${options[@]}" --vertical-datum ellipsoid
 says 0 'dry run: nothing was built' plan dem -o dry --dry-run "${options[@]}" --vertical-datum ellipsoid
+says 0 'dry run: nothing was built' plan dem --dry-run "${options[@]}" --vertical-datum ellipsoid
 ! grep -q 'about less' said || fail 'that is no time'
 [[ ! -e dry ]] || fail 'a dry run writes a plan'
 says 2 'one of the two' work here --stage 0 --task 0 --part 0/2
