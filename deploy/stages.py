@@ -46,7 +46,7 @@ def is_taken(given):
     """Whether there is an output already, as far as this machine sees it; publish would refuse after hours."""
     if given.output.startswith("/vsi"):
         return subprocess.run([given.program, "info", given.output], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode == 0
-    return os.path.isfile(given.output) or os.path.exists(os.path.join(given.output, "manifest.json"))
+    return os.path.isfile(given.output) or (os.path.isdir(given.output) and bool(os.listdir(given.output)))
 
 
 LEAST_MIB = 1024  # of a block, and of publish

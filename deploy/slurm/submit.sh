@@ -54,7 +54,7 @@ done
 case $mem in *[!0-9]*) fail "'$mem' is no whole number" ;; esac
 # Said now: publish would refuse after hours.
 taken() {
-  case $output in /vsi*) "$program" info "$output" > /dev/null 2>&1 ;; *) [ -f "$output" ] || [ -e "$output/manifest.json" ] ;; esac
+  case $output in /vsi*) "$program" info "$output" > /dev/null 2>&1 ;; *) [ -f "$output" ] || [ -n "$(ls -A "$output" 2> /dev/null)" ] ;; esac
 }
 if [ -z "$overwrite" ] && taken; then fail "$output is there already; --overwrite replaces it"; fi
 stages=$("$program" tasks "$plan" --json)  # [{"stage": 0, "tasks": 12, "done": 0, "cost": 2.0e8, "memory_mib": 1024}, ...]

@@ -28,11 +28,11 @@ enum class Normals : std::uint8_t {
   texture,  ///< up and east a vertex, and a picture of the terrain's normals in that frame
 };
 /// What the triangles of all tiles of a level add up to at vertices of a tile's sides, by column and row from its south-west
-/// corner.
+/// corner. Where a neighbour is not to count, there is none.
 using SideNormals = std::map<std::array<std::int32_t, 2>, proto::Vec3>;
 struct Shading {
   Normals normals = Normals::vertex;
-  const SideNormals* sides = nullptr;  ///< with Normals::vertex; null: nothing is known of the neighbours
+  const SideNormals* sides = nullptr;  ///< with Normals::vertex; null: no neighbour is to count
   std::string_view picture{};          ///< with Normals::texture: WebP, kNormalMapSide pixels a side; not copied
   std::string_view photo{};            ///< the colours of the ground: WebP, photo_side pixels a side; empty: kGround everywhere
   std::uint32_t photo_side = 0;

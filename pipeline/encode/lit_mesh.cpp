@@ -80,7 +80,7 @@ bool on_one_side(const proto::TileMesh& mesh, std::uint32_t a, std::uint32_t b, 
          all_at(mesh.y, a, b, c, mesh.side);
 }
 
-// A tile that knows nothing of its neighbours shares the vertices of a common side with them and nothing else. A normal there is
+// A tile that knows nothing of a neighbour shares the vertices of a common side with it and nothing else. A normal there is
 // made perpendicular to the side's own direction, which both know exactly; only the slope across the side is left to what each
 // tile sees. Where that would turn it down, there is none.
 void agree_along_sides(const EncodeInput& input, const PublishedMesh& mesh, const std::vector<Vec3>& points, const Ground& ground,
@@ -213,10 +213,8 @@ void stand_upright(const PublishedMesh& mesh, const Ground& ground, LitMesh::Sur
 
 void lean_on_triangles(const EncodeInput& input, const PublishedMesh& mesh, const Ground& ground, LitMesh::Surface& terrain) {
   std::vector<Vec3> sums = corner_sums(terrain.points, mesh.triangles);
-  if (input.shading.sides != nullptr)
-    agree_with_neighbours(input, mesh, *input.shading.sides, sums);
-  else
-    agree_along_sides(input, mesh, terrain.points, ground, sums);
+  agree_along_sides(input, mesh, terrain.points, ground, sums);
+  if (input.shading.sides != nullptr) agree_with_neighbours(input, mesh, *input.shading.sides, sums);
   for (std::size_t v = 0; v < sums.size(); ++v) terrain.normals.push_back(unit(sums[v], ground.up(mesh.source[v])));
 }
 

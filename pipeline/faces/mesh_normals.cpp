@@ -1,5 +1,6 @@
 #include "pipeline/faces/mesh_normals.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -60,8 +61,11 @@ void each_corner(NormalGround& ground, const LatticeMesh& mesh, const Wanted& wa
   }
 }
 
-/// By place on the tile's sides: the sums of all tiles there, in the order of their addresses, which is the same seen from each.
-std::map<LatticeVertex, Vec3> side_sums(const Terrain& terrain, const proto::Lattice& lattice, const MeshIndex& own) {
+/// By place on the tile's sides: the sums of all tiles there that count, in the order of their addresses, which is the same seen
+/// from each.
+template <class Counts>
+std::map<LatticeVertex, Vec3> side_sums(const Terrain& terrain, const proto::Lattice& lattice, const MeshIndex& own,
+                                        const Counts& counts) {
   std::map<LatticeVertex, std::map<proto::TileAddress, Vec3>> parts;
   NormalGround ground(lattice, own);
   for (std::uint32_t v = 0; v < own.mesh().points.size(); ++v) {
@@ -73,6 +77,7 @@ std::map<LatticeVertex, Vec3> side_sums(const Terrain& terrain, const proto::Lat
       if (dx == 1 && proto::tiles_across(z) == 2) continue;  // the one to the west once more
       const proto::TileAddress tile{z, (x + dx + proto::tiles_across(z)) % proto::tiles_across(z), y + dy};
       if (tile.y < 0 || tile.y >= proto::tiles_up(z)) continue;
+      if (!counts(tile)) continue;
       const auto mesh = terrain.mesh(tile);
       if (!mesh) continue;
       NormalGround there(lattice, *mesh);
@@ -95,12 +100,26 @@ std::map<LatticeVertex, Vec3> side_sums(const Terrain& terrain, const proto::Lat
 
 SideNormals side_normals(const Terrain& terrain, const MeshIndex& mesh) {
   const proto::Lattice lattice = terrain.lattice();
+  const proto::TileAddress own = mesh.tile();
+  const int blocks = std::min(own.z, terrain.store().block_level());
+  // Above the blocks all tiles are made together.
+  const auto counts = [&](const proto::TileAddress& tile) {
+    return own.z < terrain.store().block_level() || tile.at_level(blocks) == own.at_level(blocks);
+  };
+  const auto side_counts = [&](std::int32_t dx, std::int32_t dy) {
+    const std::int32_t across = proto::tiles_across(own.z);
+    return counts({own.z, (own.x + dx + across) % across, own.y + dy});
+  };
+  const bool west = side_counts(-1, 0), east = side_counts(1, 0), south = side_counts(0, -1), north = side_counts(0, 1);
   const NormalGround ground(lattice, mesh);
-  const std::map<LatticeVertex, Vec3> sums = side_sums(terrain, lattice, mesh);
+  const std::map<LatticeVertex, Vec3> sums = side_sums(terrain, lattice, mesh, counts);
+  const std::int32_t side = mesh.mesh().side;
   SideNormals out;
   for (std::uint32_t v = 0; v < mesh.mesh().points.size(); ++v) {
-    const auto& point = mesh.mesh().points[v];
-    if (const auto found = sums.find(ground.place(v)); found != sums.end()) out[{point[0], point[1]}] = found->second;
+    const auto& [x, y, height] = mesh.mesh().points[v];
+    const bool inside = (x > 0 || west) && (x < side || east) && (y > 0 || south) && (y < side || north);
+    const auto found = inside ? sums.find(ground.place(v)) : sums.end();
+    if (found != sums.end()) out[{x, y}] = found->second;
   }
   return out;
 }
@@ -111,7 +130,7 @@ std::vector<Vec3> mesh_normals(const Terrain& terrain, const MeshIndex& mesh) {
   std::vector<Vec3> out(mesh.mesh().points.size());
   each_corner(
       ground, mesh.mesh(), [](std::uint32_t) { return true; }, [&](std::uint32_t v, Vec3 part) { out[v] = out[v] + part; });
-  std::map<LatticeVertex, Vec3> sides = side_sums(terrain, lattice, mesh);
+  std::map<LatticeVertex, Vec3> sides = side_sums(terrain, lattice, mesh, [](const proto::TileAddress&) { return true; });
   for (std::uint32_t v = 0; v < out.size(); ++v) {
     if (ground.on_side(v)) out[v] = sides[ground.place(v)];
     const double length = std::sqrt(dot(out[v], out[v]));

@@ -118,6 +118,8 @@ class StoreReader {
   virtual std::optional<Blob> glb(const proto::TileAddress& tile, const Shading& shading) const = 0;
   /// The coarsest step that points of a level's .glb tiles are rounded to, on each axis of ECEF; metres. 0: it is not known.
   virtual double glb_step_m(int level) const = 0;
+  /// The level whose nodes are the blocks that tiles were made in, see Plan; 0 where it is not known.
+  virtual int block_level() const = 0;
   /// A tile's etag alone, without its bytes.
   virtual std::optional<std::string> tag(const proto::TileAddress& tile, Encoding encoding) const = 0;
   /// Memory that reading has taken and keeps, about.

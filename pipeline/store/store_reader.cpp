@@ -102,6 +102,8 @@ class SqliteReader final : public StoreReader {
 
   const proto::Manifest& manifest() const override { return manifest_; }
 
+  int block_level() const override { return plan_ ? static_cast<int>(plan_->block_level()) : 0; }
+
   double glb_step_m(int level) const override {
     const proto::LevelPlan* const of = plan_ ? find_level(*plan_, level) : nullptr;
     return of != nullptr ? ecef_steps(*of).coarsest_m : 0;

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
+#include <set>
 
 namespace cordillera::raster {
 namespace {
@@ -48,15 +49,20 @@ std::map<std::string, std::uint32_t> sums_of_stored(const std::string& zip) {
   std::ifstream file(zip, std::ios::binary);
   const auto directory = error || !file ? std::nullopt : directory_of(file, size);
   if (!directory) return sums;
-  constexpr std::size_t kHead = 46;
-  for (std::uint64_t at = *directory;;) {
-    const std::string head = read_at(file, at, kHead);
-    if (head.size() < kHead || !head.starts_with("PK\x01\x02")) return sums;
-    const std::size_t name = number(head, 28, 2), more = number(head, 30, 2) + number(head, 32, 2);
-    const bool stored = number(head, 10, 2) == 0;
-    if (stored) sums[read_at(file, at + kHead, name)] = static_cast<std::uint32_t>(number(head, 16, 4));
-    at += kHead + name + more;
+  // In one piece: entries may be many. What a directory has beyond that is not checked.
+  constexpr std::size_t kHead = 46, kMost_bytes = std::size_t{16} << 20;
+  if (*directory >= size) return sums;
+  const std::string entries = read_at(file, *directory, std::min<std::uint64_t>(size - *directory, kMost_bytes));
+  std::set<std::string> seen;  // of several entries with one name the first is read
+  for (std::size_t at = 0; at + kHead <= entries.size() && entries.compare(at, 4, "PK\x01\x02") == 0;) {
+    const std::size_t length = number(entries, at + 28, 2), more = number(entries, at + 30, 2) + number(entries, at + 32, 2);
+    if (at + kHead + length > entries.size()) break;
+    const std::string name = entries.substr(at + kHead, length);
+    const bool stored = number(entries, at + 10, 2) == 0;
+    if (seen.insert(name).second && stored) sums[name] = static_cast<std::uint32_t>(number(entries, at + 16, 4));
+    at += kHead + length + more;
   }
+  return sums;
 }
 
 }  // namespace cordillera::raster

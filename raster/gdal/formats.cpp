@@ -133,16 +133,16 @@ std::string shell_word(const std::string& name) {
   return word + "'";
 }
 
-/// What lies in an archive, as GDAL's programs find it: "dem.zip/a.png", "a.png.gz/a.png".
-static std::string for_gdal(const std::string& name) {
-  if (name.find(".zip/") != name.npos) return "/vsizip/" + name;
-  const auto gz = name.find(".gz/");
-  return gz == name.npos ? name : "/vsigzip/" + name.substr(0, gz + 3);
+/// Of what lies in an archive, its own name: "dem.zip/a.png" is to be unpacked first.
+static std::string unpacked_name(const std::string& name) {
+  const std::string small = proto::lower(name);
+  const bool in_archive = small.find(".zip/") != small.npos || small.find(".gz/") != small.npos;
+  return in_archive ? name.substr(name.rfind('/') + 1) : name;
 }
 
 std::string copying_line(const std::string& command, const std::string& name) {
   const std::string tiff = std::filesystem::path(name).stem().string() + (extension_of(name) == ".tif" ? "-2.tif" : ".tif");
-  return command + " " + shell_word(for_gdal(name)) + " " + shell_word(tiff);
+  return command + " " + shell_word(unpacked_name(name)) + " " + shell_word(tiff);
 }
 
 std::string correcting_line(const std::string& name, const std::string& crs) {

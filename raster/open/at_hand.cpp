@@ -195,7 +195,7 @@ proto::Result<AtHand> make_unpacked(const std::string& path, const std::string& 
   if (is_archive(member->path))
     return Problem{"raster-format-unsupported", name + " holds an archive, " + proto::shown_text(member->name),
                    "a .zip or .gz with one raster in it", ""};
-  const auto head = head_to_change(member->path, name);
+  const auto head = head_to_change(member->path, member->name);
   if (!head) return head.problem();
   if (*head) {
     const std::string as_it_was = member->path + ".as-it-was";

@@ -138,7 +138,7 @@ Problem not_opened(const AtHand& raster, const std::string& message) {
             name + " cannot be opened as a raster; it has the size of an .hgt, which knows its place only by its name",
             "the name under which it was published, such as N44W072.hgt", "name"};
   const Format* const format = needs_others(extension_of(raster.file));
-  if (format != nullptr && has_header_of_envi(raster.path))
+  if (format != nullptr && header_of(extension_of(raster.file)) == ".hdr" && has_header_of_envi(raster.path))
     return {"raster-format-unsupported", name + " has a header of ENVI beside it, and only Esri's are read",
             "a GeoTIFF, which this makes of it: " + copying_line("gdal_translate", raster.file), ""};
   if (format != nullptr)

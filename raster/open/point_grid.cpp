@@ -19,7 +19,8 @@ using proto::Problem;
 
 constexpr const char* kCreate[] = {"TILED=YES", "BIGTIFF=IF_SAFER", nullptr};
 
-/// Cells of a grid, by row from the north and column, of which a file has a point; empty: of all of them, or nobody can say.
+/// Cells of a grid, by row from the north and column, of which a file has a point; empty: of all of them, or
+/// a line says no place in the grid.
 std::vector<bool> cells_with_points(GDALDataset& grid, const std::string& path) {
   std::array<double, 6> place{};
   if (is_remote(path) || grid.GetGeoTransform(place.data()) != CE_None) return {};
@@ -28,10 +29,11 @@ std::vector<bool> cells_with_points(GDALDataset& grid, const std::string& path) 
   std::size_t count = 0;
   const auto see = [&](double x, double y) {
     const double column = std::floor((x - place[0]) / place[1]), row = std::floor((y - place[3]) / place[5]);
-    if (!(column >= 0 && row >= 0 && column < static_cast<double>(columns) && row < static_cast<double>(rows))) return;
+    if (!(column >= 0 && row >= 0 && column < static_cast<double>(columns) && row < static_cast<double>(rows))) return false;
     auto cell = seen[static_cast<std::size_t>(row) * columns + static_cast<std::size_t>(column)];
     count += cell ? 0 : 1;
     cell = true;
+    return true;
   };
   if (!each_point(path, see) || count == seen.size()) return {};
   return seen;

@@ -1,6 +1,7 @@
 #include "raster/open/point_lines.h"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <fstream>
 #include <initializer_list>
@@ -70,23 +71,45 @@ bool begins_with_any(const std::string& name, std::initializer_list<const char*>
   return std::any_of(words.begin(), words.end(), [&](const char* word) { return name.starts_with(word); });
 }
 
-/// As people name them. The first of several counts.
-NamedColumns named(const std::vector<std::string>& words) {
-  NamedColumns found;
-  for (std::size_t k = 0; k < words.size(); ++k) {
-    const std::string word = proto::lower(words[k]), letter = word.substr(0, word.find_first_of(" (["));
-    if (found.x == 0 && (letter == "x" || begins_with_any(word, {"lon", "east"}))) found.x = k + 1;
-    if (found.y == 0 && (letter == "y" || begins_with_any(word, {"lat", "north"}))) found.y = k + 1;
-    if (found.z == 0 && (names_heights(letter) || begins_with_any(word, {"elev", "alt", "height"}))) found.z = k + 1;
+/// What is called by the word itself goes before what begins with it, as "height" before "height_error". Of several that begin
+/// with it nobody knows which is meant.
+class ColumnOf {
+ public:
+  void see(std::size_t number, bool is_word, bool begins) {
+    if (is_word && word_ == 0) word_ = number;
+    if (begins) begins_ = begins_ == 0 ? number : kSeveral;
   }
-  return found;
+  std::size_t number() const { return word_ > 0 ? word_ : begins_ == kSeveral ? 0 : begins_; }
+
+ private:
+  static constexpr std::size_t kSeveral = SIZE_MAX;
+  std::size_t word_ = 0, begins_ = 0;
+};
+
+/// Whether a line's words are names of columns by themselves, or may be words about anything.
+enum class Line : bool { names, comment };
+
+/// As people name them, with a unit in brackets or without.
+NamedColumns named(const std::vector<std::string>& words, Line line) {
+  const bool names = line == Line::names;
+  ColumnOf x, y, z;
+  for (std::size_t k = 0; k < words.size(); ++k) {
+    const std::string word = proto::lower(words[k]), bare = word.substr(0, word.find_first_of(" (["));
+    x.see(k + 1, bare == "x" || bare == "lon" || bare == "longitude" || bare == "easting",
+          names && begins_with_any(word, {"lon", "east"}));
+    y.see(k + 1, bare == "y" || bare == "lat" || bare == "latitude" || bare == "northing",
+          names && begins_with_any(word, {"lat", "north"}));
+    z.see(k + 1, names_heights(bare), names && begins_with_any(word, {"elev", "alt", "height"}));
+  }
+  return {x.number(), y.number(), z.number()};
 }
 
 /// As GDAL's driver finds them: it parts words at blanks, too, and the last of several counts.
 NamedColumns named_for_gdal(std::string_view line) {
   constexpr std::size_t kLongest = 100;  // that it reads
   NamedColumns found;
-  if (line.size() > kLongest) return found;
+  const auto takes = [](char c) { return proto::is_letter_or_digit(c, " \t.,;+-\""); };  // it opens no other text
+  if (line.size() > kLongest || !std::all_of(line.begin(), line.end(), takes)) return found;
   const std::vector<std::string> words = words_of(line, " ,\t;");
   for (std::size_t k = 0; k < words.size(); ++k) {
     const std::string word = proto::lower(words[k]);
@@ -112,17 +135,16 @@ std::string_view uncommented(std::string_view line) {
   return line;
 }
 
-/// Whether a line has so many numbers and nothing else in their places.
+/// Whether a line has so many columns, and numbers in three of them at least.
 bool has_numbers(std::string_view line, std::size_t columns) {
   const char separator = separator_of(line);
   const std::vector<std::string> words = words_of(line, separator == ' ' ? " \t" : std::string_view(&separator, 1));
-  if (words.size() < columns) return false;
   std::size_t numbers = 0;
   for (const std::string& word : words) {
     std::string_view rest = word;
     numbers += next_number(rest) ? 1 : 0;
   }
-  return numbers >= 3;
+  return words.size() == columns && numbers >= 3;
 }
 
 Columns columns_of(const std::string& path) {
@@ -135,19 +157,30 @@ Columns columns_of(const std::string& path) {
   columns.named = !next_number(line);
   if (!columns.named) return columns;
   const std::string separators(1, columns.separator);
-  const NamedColumns found = named(words_of(uncommented(first_line(first)), columns.separator == ' ' ? " \t" : separators));
+  const std::string_view names = uncommented(first_line(first));
+  const NamedColumns found = named(words_of(names, columns.separator == ' ' ? " \t" : separators),
+                                   names.size() < first.size() ? Line::comment : Line::names);
   if (found.x > 0 && found.y > 0) columns.x = found.x, columns.y = found.y;
   return columns;
 }
 
+/// What stands in a column, which may be nothing.
+std::string_view field(std::string_view line, char separator, std::size_t number) {
+  constexpr std::string_view kBlanks = " \t";
+  const std::string_view ends = separator == ' ' ? kBlanks : std::string_view(&separator, 1);
+  for (;; --number) {
+    if (separator == ' ') line.remove_prefix(std::min(line.find_first_not_of(kBlanks), line.size()));
+    const std::size_t end = std::min(line.find_first_of(ends), line.size());
+    if (number == 1) return line.substr(0, end);
+    if (end == line.size()) return {};
+    line.remove_prefix(end + 1);
+  }
+}
+
 /// The numbers of a line that are x and y, if it has them.
 std::optional<PointXy> point_of(std::string_view line, const Columns& columns) {
-  std::optional<double> x, y;
-  for (std::size_t k = 1; k <= std::max(columns.x, columns.y); ++k) {
-    const auto value = next_number(line);
-    if (k == columns.x) x = value;
-    if (k == columns.y) y = value;
-  }
+  std::string_view of_x = field(line, columns.separator, columns.x), of_y = field(line, columns.separator, columns.y);
+  const auto x = next_number(of_x), y = next_number(of_y);
   return x && y ? std::optional(PointXy{*x, *y}) : std::nullopt;
 }
 
@@ -174,16 +207,22 @@ bool are_sorted(const std::string& path) {
   each_point(path, [&](double x, double y) {
     if (last && (y > last->y || (y == last->y && x < last->x))) sorted = false;
     last = PointXy{x, y};
+    return sorted;
   });
   return sorted && last.has_value();
 }
 
-bool each_point(const std::string& path, const std::function<void(double x, double y)>& see) {
+bool each_point(const std::string& path, const std::function<bool(double x, double y)>& see) {
   const Columns columns = columns_of(path);
   std::ifstream file(path, std::ios::binary);
-  for (std::string line; std::getline(file, line);)
-    if (const auto point = point_of(line, columns)) see(point->x, point->y);
-  return file.eof();
+  bool first = true, all = true;
+  for (std::string line; std::getline(file, line); first = false) {
+    const auto point = point_of(line, columns);
+    if (point && !see(point->x, point->y)) return false;
+    const bool may_be_none = (first && columns.named) || line.find_first_not_of(" \t\r") == line.npos;
+    all = all && (point || may_be_none);
+  }
+  return all && file.eof();
 }
 
 proto::Result<std::optional<std::string>> names_for_gdal(std::string_view head, const std::string& name) {
@@ -191,15 +230,20 @@ proto::Result<std::optional<std::string>> names_for_gdal(std::string_view head, 
                          second = first_line(head.substr(std::min(head.find('\n'), head.size() - 1) + 1));
   std::string_view rest = line;
   const auto is_text = [](unsigned char c) { return c >= ' ' || c == '\t'; };
-  if (head.empty() || !std::all_of(line.begin(), line.end(), is_text) || next_number(rest)) return std::optional<std::string>();
+  constexpr std::array<std::string_view, 7> kTexts{"", ".xyz", ".txt", ".csv", ".tsv", ".pts", ".asc"};
+  const std::string extension = extension_of(name);  // others have drivers of their own
+  const bool may_be_points = std::find(kTexts.begin(), kTexts.end(), extension) != kTexts.end();
+  if (head.empty() || !may_be_points || !std::all_of(line.begin(), line.end(), is_text) || next_number(rest))
+    return std::optional<std::string>();
   const char separator = separator_of(line);
   const std::vector<std::string> words = words_of(uncommented(line), separator == ' ' ? " \t" : std::string_view(&separator, 1));
-  NamedColumns columns = named(words);
+  const bool comment = uncommented(line).size() < line.size();
+  NamedColumns columns = named(words, comment ? Line::comment : Line::names);
   // Of three columns two say what the third one is; of names in other words the order counts.
   if (columns.z == 0 && words.size() == 3 && columns.x > 0 && columns.y > 0) columns.z = 6 - columns.x - columns.y;
   const bool known = columns.x > 0 || columns.y > 0 || columns.z > 0;
   const bool stays = columns.all() ? columns == named_for_gdal(line) : words.size() <= 3;
-  if (!known || stays || !has_numbers(second, words.size())) return std::optional<std::string>();
+  if (!known || stays || (comment && !columns.all()) || !has_numbers(second, words.size())) return std::optional<std::string>();
   if (!columns.all()) {
     const std::string missing = columns.z == 0 ? "heights" : columns.x == 0 ? "x or longitudes" : "y or latitudes";
     return proto::Problem{

@@ -15,8 +15,9 @@ namespace cordillera::raster {
 /// head: the first lines, without a byte order mark. Problem "raster-format-unsupported": it is not clear which column is what.
 proto::Result<std::optional<std::string>> names_for_gdal(std::string_view head, const std::string& name);
 
-/// Calls see(x, y) for each point of a file in the order of its lines. The file cannot be read: false.
-bool each_point(const std::string& path, const std::function<void(double x, double y)>& see);
+/// Calls see(x, y) for each point of a file in the order of its lines, until it says false. Whether it went to the end, and every
+/// line has been a point, but for names in the first one and empty lines.
+bool each_point(const std::string& path, const std::function<bool(double x, double y)>& see);
 
 /// Whether they come as the line of sorting_line() puts them: row by row from the north, each row from west to east. Lines
 /// without two numbers, such as a header, are passed over.

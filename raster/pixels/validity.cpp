@@ -46,6 +46,8 @@ void Validity::take_words_of_netcdf(const Dataset& dataset) {
     return known ? ValueRange() : around(*value, type);
   };
   missing_ = said("missing_value");
+  // With a scale they may be of the unpacked values (CF 8.1), by a type that GDAL does not tell.
+  if (dataset.band->GetScale() != 1 || dataset.band->GetOffset() != 0) return;
   if (const ValueRange least = said("valid_min"); !least.empty()) usual_.low = least.low;
   if (const ValueRange greatest = said("valid_max"); !greatest.empty()) usual_.high = greatest.high;
 }

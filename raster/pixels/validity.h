@@ -8,7 +8,7 @@ namespace cordillera::raster {
 
 /// A raw value is valid when it is finite, no sentinel, and neither a declared nodata value nor the one that was asked for. A
 /// NetCDF variable may declare two, _FillValue and missing_value, and the least and the greatest valid value (CF
-/// Conventions 2.5.1): GDAL knows the first alone, and the bounds where there are both.
+/// Conventions 2.5.1): GDAL knows the first alone, and the bounds where there are both. Bounds of packed values are left to it.
 class Validity {
  public:
   explicit Validity(const Dataset& dataset);

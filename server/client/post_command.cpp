@@ -40,17 +40,20 @@ std::string query_text(const Given& query) {
   return text;
 }
 
-/// The raster with the smallest pixels, which is sent first: the first one's levels are the dataset's. Which that is shows where
-/// all can be read here; else it is the first of the line.
+/// The raster that is sent first, since the first one's levels are the dataset's: the first of the line, or one that is clearly
+/// finer, as far as they can be read here.
 std::size_t finest_of(const std::vector<std::string>& rasters, const proto::BuildOptions& options) {
+  constexpr double kClearly = 0.8;
   std::size_t finest = 0;
   double least_m2 = 0;
   for (std::size_t k = 0; k < rasters.size() && rasters.size() > 1; ++k) {
     const auto seen =
         raster::examine(rasters[k], fs::path(rasters[k]).filename().string(), raster::Trust::operator_file, options);
+    if (!seen && raster::lies_beside(seen.problem())) continue;
     if (!seen) return 0;
-    const double pixel_m2 = seen->description.pixel_width_m() * seen->description.pixel_height_m();
-    if (k == 0 || pixel_m2 < least_m2) finest = k, least_m2 = pixel_m2;
+    // A degree's pixels are narrower towards the poles, and the same level's.
+    const double pixel_m2 = seen->description.pixel_height_m() * seen->description.pixel_height_m();
+    if (least_m2 == 0 || pixel_m2 < kClearly * least_m2) finest = k, least_m2 = pixel_m2;
   }
   return finest;
 }

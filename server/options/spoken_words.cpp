@@ -97,7 +97,7 @@ std::optional<std::string> meant_by_habit(std::string word) {
   return std::nullopt;
 }
 
-/// Whether a word that goes on at `at` is the beginning of a file's name: "max_level.tif", "voids=hole.tif".
+/// Whether the word at `at` is the beginning of a file's name: "max_level.tif", "voids=hole.tif".
 static bool is_name_of_file(const std::string& sentence, std::size_t at) {
   const std::size_t end = std::min(sentence.find_first_of(" ,;:)'\"", at), sentence.size());
   return raster::is_raster_extension(raster::extension_of(sentence.substr(at, end - at)));
@@ -124,7 +124,7 @@ std::string as_typed(const std::string& sentence) {
     const std::string word = sentence.substr(at, end - at);
     const bool set = end < sentence.size() && sentence[end] == '=';
     // Without its sign only what can be no other word: max_level, but not error.
-    if (!kNames.contains(word) || !(set || word.find('_') != word.npos) || is_name_of_file(sentence, end)) {
+    if (!kNames.contains(word) || !(set || word.find('_') != word.npos) || is_name_of_file(sentence, at)) {
       out += sentence.substr(at, std::max<std::size_t>(1, word.size()));
       at += std::max<std::size_t>(1, word.size());
       continue;

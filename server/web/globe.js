@@ -33,7 +33,8 @@ function widget_or_null() {
       baseLayer: natural_earth(), scene3DOnly: true, msaaSamples: 4, useBrowserRecommendedResolution: false, showRenderLoopErrors: false,
       requestRenderMode: true, maximumRenderTimeChange: Infinity,  // nothing moves by itself: a page that lies open costs nothing
     });
-  } catch {
+  } catch (error) {
+    console.warn(error);
     return null;
   }
 }

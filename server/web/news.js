@@ -23,7 +23,7 @@ export class News {
   // A raster is replaced, or somebody gives the dataset another title: tiles and words of one version are shown, never of two. Or it is deleted.
   async look() {
     const { page, wanted } = this, { id, version } = wanted;
-    if (document.visibilityState !== "visible" || !version || page.id !== id || page.manifest.provisional) return;
+    if (document.visibilityState !== "visible" || !version || page.id !== id || page.manifest.provisional || this.silence) return;
     const now = await fetch_json(base_of(id)).catch(({ status }) => (status === 404 ? kGone : is_silence(status) ? kSilent : null));
     if (!now || wanted.id !== id || wanted.version !== version) return;
     if (now === kSilent) this.wait(() => this.look()).catch(this.on.report);

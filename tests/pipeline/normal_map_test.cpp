@@ -201,8 +201,18 @@ TEST(NormalsOfVertices, NeighboursAgreeAlongTheirSide) {
   EXPECT_GT(compare_normals(dataset, kInside, {kFine, kInside.x + 1, kInside.y}), 5U);
   EXPECT_GT(compare_normals(dataset, kInside, {kFine, kInside.x, kInside.y + 1}), 5U);
   EXPECT_EQ(compare_normals(dataset, kInside, {kFine, kInside.x + 1, kInside.y + 1}), 1U) << "a corner";
-  const Dataset around(5, {{{5, 0, 16}, {5, 0, 16}}, {{5, 63, 16}, {5, 63, 16}}}, hills(), hills());
-  EXPECT_GT(compare_normals(around, {5, 0, 16}, {5, 63, 16}), 5U) << "the antimeridian";
+}
+
+/// Blocks are made at different times. Here they are the two halves of the earth.
+TEST(NormalsOfVertices, ATileIsTheSameWhateverStandsInOtherBlocks) {
+  constexpr TileAddress kEast{5, 32, 16}, kBeside{5, 33, 16}, kWest{5, 31, 16};
+  const auto tile = [&](const std::vector<std::pair<TileAddress, TileAddress>>& parts) {
+    const Dataset dataset(5, parts, hills(), hills());
+    return bytes_of(dataset.terrain(), path_of(kEast), "");
+  };
+  const std::string alone = tile({{kEast, kEast}});
+  EXPECT_EQ(tile({{kWest, kWest}, {kEast, kEast}}), alone);
+  EXPECT_NE(tile({{kEast, kBeside}}), alone) << "in its own the neighbour counts";
 }
 
 TEST(NormalsOfVertices, OnASideAreThoseOfTheSlope) {

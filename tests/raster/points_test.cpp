@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "fixture.h"
+#include "raster/open/point_lines.h"
 #include "sent.h"
 
 namespace cordillera::raster_test {
@@ -69,6 +70,9 @@ TEST_F(Points, ColumnsAreWhatTheirNamesSay) {
        ",",
        {x, y, z, other}},
       {"lon,lat,alt", ",", {x, y, z}},
+      {"point;latitude;longitude;height_error;height",
+       ";",
+       {other, y, x, other, z}},                      // the word itself goes before what begins with it
       {"Rechtswert;Hochwert;Hoehe", ";", {x, y, z}},  // as no names are known
   };
   int count = 0;
@@ -102,6 +106,28 @@ TEST_F(Points, WithoutAColumnOfHeightsAreRefused) {
 }
 
 /// GDAL declares no value of its own for points that are missing where one is as low as -32768, and of bytes with a 0.
+TEST_F(Points, ColumnsBeforeThemMayBeEmptyOrWords) {
+  const std::string text = Grid::text("id,x,y,z", [](int c, int r) {
+    const std::string id = r % 2 == 0 ? "" : "P" + std::to_string(c);
+    return id + "," + std::to_string(Grid::longitude(c)) + "," + std::to_string(Grid::latitude(r)) + "," +
+           (c + r == 0 ? "-99999" : std::to_string(Grid::height(c, r))) + "\n";
+  });
+  options_.set_nodata("-99999");
+  const auto source = must_open(write_text(text, "ids.csv"), options_);
+  ASSERT_TRUE(source);
+  for (int row = 0; row < Grid::kRows; ++row)
+    for (int column = row == 0 ? 1 : 0; column < Grid::kColumns; ++column)
+      EXPECT_EQ(at(*source, column, row), Grid::height(column, row)) << column << " " << row;
+}
+
+TEST_F(Points, OtherTextsAreNone) {
+  for (const char* name : {"east.dem", "east.grd"})
+    EXPECT_EQ(raster::names_for_gdal("EASTPORT ME\n1 2 3\n", name).value(), std::nullopt) << name;
+  EXPECT_EQ(raster::names_for_gdal("# UTM zone 32 north\n600000 5000000 100 1 2\n", "a.xyz").value(), std::nullopt);
+  EXPECT_EQ(raster::names_for_gdal("1 2 3\n4 5 6\n", "a.xyz").value(), std::nullopt);
+  EXPECT_EQ(raster::names_for_gdal("", "a.xyz").value(), std::nullopt);
+}
+
 TEST_F(Points, WhereThereAreNoneIsNoData) {
   const auto is_there = [](int column, int row) { return column + row < 9; };
   for (const int lowest : {0, 1, -20, -32768, -99999}) {

@@ -18,8 +18,10 @@ proto::Problem refused(std::string_view text) {
   return {"option-invalid", "normals=" + shown + " names no normals that tiles can have", std::string(kNormals), "normals"};
 }
 
-/// While a dataset is being built, neighbours may come and go.
-bool knows_neighbours(const Terrain& terrain) { return !terrain.manifest().provisional(); }
+/// While a dataset is being built, neighbours above its blocks may come and go.
+bool knows_neighbours(const Terrain& terrain, const proto::TileAddress& tile) {
+  return !terrain.manifest().provisional() || tile.z >= terrain.store().block_level();
+}
 
 proto::Result<std::optional<Blob>> made(const Terrain& terrain, const proto::TileAddress& tile, Normals normals) {
   const auto record = terrain.store().record(tile);
@@ -33,7 +35,7 @@ proto::Result<std::optional<Blob>> made(const Terrain& terrain, const proto::Til
   const auto photo = terrain.look().photo ? photo_texture(terrain, tile) : std::optional<std::string>();
   if (!photo.ok()) return photo.problem();
   if (*photo) shading.photo = **photo;
-  const auto mesh = normals == Normals::vertex && knows_neighbours(terrain) ? terrain.mesh(tile) : nullptr;
+  const auto mesh = normals == Normals::vertex && knows_neighbours(terrain, tile) ? terrain.mesh(tile) : nullptr;
   const SideNormals sides = mesh ? side_normals(terrain, *mesh) : SideNormals();
   if (mesh) shading.sides = &sides;
   shading.photo_side = static_cast<std::uint32_t>(terrain.look().photo_side());
@@ -47,8 +49,8 @@ std::string name_of(const proto::TileAddress& tile, Normals normals) {
 }
 
 /// Whether the store's own tile is what is asked for.
-bool is_stored(const Terrain& terrain, Normals normals) {
-  return normals == Normals::vertex && !terrain.look().photo && !knows_neighbours(terrain);
+bool is_stored(const Terrain& terrain, const proto::TileAddress& tile, Normals normals) {
+  return normals == Normals::vertex && !terrain.look().photo && !knows_neighbours(terrain, tile);
 }
 
 /// What a tile is to have; a tileset that names none leaves it to the terrain.
@@ -75,7 +77,7 @@ proto::Result<std::optional<Document>> glb_tile(const Terrain& terrain, const pr
                                                 std::string_view normals) {
   const auto named = of_tile(terrain, normals);
   if (!named) return named.problem();
-  if (is_stored(terrain, *named)) return terrain.tile(tile, Encoding::glb);
+  if (is_stored(terrain, tile, *named)) return terrain.tile(tile, Encoding::glb);
   return terrain.kept(name_of(tile, *named), [&]() -> proto::Result<std::optional<Document>> {
     auto blob = made(terrain, tile, *named);
     if (!blob.ok()) return blob.problem();
@@ -87,7 +89,7 @@ proto::Result<std::optional<Document>> glb_tile(const Terrain& terrain, const pr
 std::optional<std::string> glb_tag(const Terrain& terrain, const proto::TileAddress& tile, std::string_view normals) {
   const auto named = of_tile(terrain, normals);
   if (!named) return std::nullopt;
-  if (is_stored(terrain, *named)) return terrain.tile_tag(tile, Encoding::glb);
+  if (is_stored(terrain, tile, *named)) return terrain.tile_tag(tile, Encoding::glb);
   const auto document = glb_tile(terrain, tile, normals);
   return document.ok() && *document ? std::optional((*document)->etag) : std::nullopt;
 }
