@@ -1,6 +1,5 @@
 #include "pipeline/faces/mesh_normals.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -101,10 +100,10 @@ std::map<LatticeVertex, Vec3> side_sums(const Terrain& terrain, const proto::Lat
 SideNormals side_normals(const Terrain& terrain, const MeshIndex& mesh) {
   const proto::Lattice lattice = terrain.lattice();
   const proto::TileAddress own = mesh.tile();
-  const int blocks = std::min(own.z, terrain.store().block_level());
+  const int blocks = terrain.store().block_level();
   // Above the blocks all tiles are made together.
   const auto counts = [&](const proto::TileAddress& tile) {
-    return own.z < terrain.store().block_level() || tile.at_level(blocks) == own.at_level(blocks);
+    return own.z < blocks || tile.at_level(blocks) == own.at_level(blocks);
   };
   const auto side_counts = [&](std::int32_t dx, std::int32_t dy) {
     const std::int32_t across = proto::tiles_across(own.z);

@@ -1,10 +1,10 @@
 #include "raster/archive/zip_sums.h"
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
 #include <optional>
 #include <set>
+
+#include "raster/storage/storage.h"
 
 namespace cordillera::raster {
 namespace {
@@ -16,27 +16,23 @@ std::uint64_t number(const std::string& bytes, std::size_t at, std::size_t count
   return value;
 }
 
-/// So many bytes of the file, fewer at its end.
-std::string read_at(std::ifstream& file, std::uint64_t at, std::size_t count) {
-  std::string bytes(count, '\0');
-  file.clear();
-  file.seekg(static_cast<std::streamoff>(at));
-  file.read(bytes.data(), static_cast<std::streamsize>(count));
-  bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(file.gcount(), 0)));
-  return bytes;
+/// So many bytes of the file, fewer at its end or where it cannot be read.
+std::string bytes_at(const std::string& path, std::uint64_t at, std::uint64_t count) {
+  const auto bytes = read_range(path, at, count);
+  return bytes.ok() ? (*bytes).value_or("") : "";
 }
 
 /// Where the directory begins.
-std::optional<std::uint64_t> directory_of(std::ifstream& file, std::uint64_t size) {
+std::optional<std::uint64_t> directory_of(const std::string& zip, std::uint64_t size) {
   constexpr std::size_t kEnd = 22, kLocator = 20, kLongestComment = 65535;
   const std::size_t tail = std::min<std::uint64_t>(size, kEnd + kLongestComment + kLocator);
-  const std::string bytes = read_at(file, size - tail, tail);
+  const std::string bytes = bytes_at(zip, size - tail, tail);
   const std::size_t end = bytes.rfind("PK\x05\x06");
   if (end == bytes.npos || bytes.size() - end < kEnd) return std::nullopt;
   const std::uint64_t offset = number(bytes, end + 16, 4);
   if (offset != 0xFFFFFFFF) return offset;
   if (end < kLocator || bytes.compare(end - kLocator, 4, "PK\x06\x07") != 0) return std::nullopt;
-  const std::string large = read_at(file, number(bytes, end - kLocator + 8, 8), 56);
+  const std::string large = bytes_at(zip, number(bytes, end - kLocator + 8, 8), 56);
   return large.size() == 56 && large.starts_with("PK\x06\x06") ? std::optional(number(large, 48, 8)) : std::nullopt;
 }
 
@@ -44,15 +40,12 @@ std::optional<std::uint64_t> directory_of(std::ifstream& file, std::uint64_t siz
 
 std::map<std::string, std::uint32_t> sums_of_stored(const std::string& zip) {
   std::map<std::string, std::uint32_t> sums;
-  std::error_code error;
-  const auto size = std::filesystem::file_size(zip, error);
-  std::ifstream file(zip, std::ios::binary);
-  const auto directory = error || !file ? std::nullopt : directory_of(file, size);
+  const auto size = size_of(zip);
+  const auto directory = size ? directory_of(zip, *size) : std::nullopt;
   if (!directory) return sums;
   // In one piece: entries may be many. What a directory has beyond that is not checked.
   constexpr std::size_t kHead = 46, kMost_bytes = std::size_t{16} << 20;
-  if (*directory >= size) return sums;
-  const std::string entries = read_at(file, *directory, std::min<std::uint64_t>(size - *directory, kMost_bytes));
+  const std::string entries = bytes_at(zip, *directory, kMost_bytes);
   std::set<std::string> seen;  // of several entries with one name the first is read
   for (std::size_t at = 0; at + kHead <= entries.size() && entries.compare(at, 4, "PK\x01\x02") == 0;) {
     const std::size_t length = number(entries, at + 28, 2), more = number(entries, at + 30, 2) + number(entries, at + 32, 2);

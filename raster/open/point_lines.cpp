@@ -42,6 +42,11 @@ char separator_of(std::string_view line) {
   return ' ';
 }
 
+/// What ends a column.
+std::string_view ends_of(const char& separator) {
+  return separator == ' ' ? std::string_view(" \t") : std::string_view(&separator, 1);
+}
+
 /// Words of a line between separators, without quotes and blanks around.
 std::vector<std::string> words_of(std::string_view line, std::string_view separators) {
   constexpr std::string_view kAround = " \t\r\"'";
@@ -135,10 +140,28 @@ std::string_view uncommented(std::string_view line) {
   return line;
 }
 
+/// The first line of points that have one.
+struct NamesLine {
+  char separator = ' ';
+  bool comment = false;
+  std::vector<std::string> words;
+  NamedColumns columns;
+};
+
+NamesLine names_in(std::string_view line) {
+  NamesLine header;
+  const std::string_view names = uncommented(line);
+  header.separator = separator_of(line);
+  header.comment = names.size() < line.size();
+  header.words = words_of(names, ends_of(header.separator));
+  header.columns = named(header.words, header.comment ? Line::comment : Line::names);
+  return header;
+}
+
 /// Whether a line has so many columns, and numbers in three of them at least.
 bool has_numbers(std::string_view line, std::size_t columns) {
   const char separator = separator_of(line);
-  const std::vector<std::string> words = words_of(line, separator == ' ' ? " \t" : std::string_view(&separator, 1));
+  const std::vector<std::string> words = words_of(line, ends_of(separator));
   std::size_t numbers = 0;
   for (const std::string& word : words) {
     std::string_view rest = word;
@@ -156,20 +179,16 @@ Columns columns_of(const std::string& path) {
   std::string_view line = first;
   columns.named = !next_number(line);
   if (!columns.named) return columns;
-  const std::string separators(1, columns.separator);
-  const std::string_view names = uncommented(first_line(first));
-  const NamedColumns found = named(words_of(names, columns.separator == ' ' ? " \t" : separators),
-                                   names.size() < first.size() ? Line::comment : Line::names);
+  const NamedColumns found = names_in(first_line(first)).columns;
   if (found.x > 0 && found.y > 0) columns.x = found.x, columns.y = found.y;
   return columns;
 }
 
 /// What stands in a column, which may be nothing.
 std::string_view field(std::string_view line, char separator, std::size_t number) {
-  constexpr std::string_view kBlanks = " \t";
-  const std::string_view ends = separator == ' ' ? kBlanks : std::string_view(&separator, 1);
+  const std::string_view ends = ends_of(separator);
   for (;; --number) {
-    if (separator == ' ') line.remove_prefix(std::min(line.find_first_not_of(kBlanks), line.size()));
+    if (separator == ' ') line.remove_prefix(std::min(line.find_first_not_of(ends), line.size()));
     const std::size_t end = std::min(line.find_first_of(ends), line.size());
     if (number == 1) return line.substr(0, end);
     if (end == line.size()) return {};
@@ -235,15 +254,15 @@ proto::Result<std::optional<std::string>> names_for_gdal(std::string_view head, 
   const bool may_be_points = std::find(kTexts.begin(), kTexts.end(), extension) != kTexts.end();
   if (head.empty() || !may_be_points || !std::all_of(line.begin(), line.end(), is_text) || next_number(rest))
     return std::optional<std::string>();
-  const char separator = separator_of(line);
-  const std::vector<std::string> words = words_of(uncommented(line), separator == ' ' ? " \t" : std::string_view(&separator, 1));
-  const bool comment = uncommented(line).size() < line.size();
-  NamedColumns columns = named(words, comment ? Line::comment : Line::names);
+  const NamesLine header = names_in(line);
+  const std::vector<std::string>& words = header.words;
+  NamedColumns columns = header.columns;
   // Of three columns two say what the third one is; of names in other words the order counts.
   if (columns.z == 0 && words.size() == 3 && columns.x > 0 && columns.y > 0) columns.z = 6 - columns.x - columns.y;
   const bool known = columns.x > 0 || columns.y > 0 || columns.z > 0;
   const bool stays = columns.all() ? columns == named_for_gdal(line) : words.size() <= 3;
-  if (!known || stays || (comment && !columns.all()) || !has_numbers(second, words.size())) return std::optional<std::string>();
+  if (!known || stays || (header.comment && !columns.all()) || !has_numbers(second, words.size()))
+    return std::optional<std::string>();
   if (!columns.all()) {
     const std::string missing = columns.z == 0 ? "heights" : columns.x == 0 ? "x or longitudes" : "y or latitudes";
     return proto::Problem{
@@ -253,7 +272,7 @@ proto::Result<std::optional<std::string>> names_for_gdal(std::string_view head, 
   }
   std::string names;
   for (std::size_t k = 1; k <= words.size(); ++k) {
-    names += k == 1 ? "" : std::string(1, separator);
+    names += k == 1 ? "" : std::string(1, header.separator);
     names += k == columns.x ? "x" : k == columns.y ? "y" : k == columns.z ? "z" : "c";
   }
   return std::optional(names);

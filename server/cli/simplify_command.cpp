@@ -78,6 +78,10 @@ SimplifyOutcome best_outcome(Judge& judge, const TriangleMesh& mesh, proto::Mesh
   return judge.outcome(mesh, encoding);
 }
 
+std::uint64_t share_of(double keep, std::uint64_t triangles) {
+  return static_cast<std::uint64_t>(std::llround(keep * static_cast<double>(triangles)));
+}
+
 /// The published algorithm, as the production one would give it back.
 proto::Result<gpu::fit::SimplifiedMesh> published(const gpu::fit::HeightMesh& input, CleapRequest request,
                                                   ProgressBar::Style style, SimplifyReport& report) {
@@ -90,10 +94,7 @@ proto::Result<gpu::fit::SimplifiedMesh> published(const gpu::fit::HeightMesh& in
     progress.set_seconds_left(-1);
     bar.show(progress);
   };
-  if (request.keep > 0) {
-    const double kept = request.keep * static_cast<double>(input.triangles.size());
-    request.target.triangles = static_cast<std::uint64_t>(std::llround(kept));
-  }
+  if (request.keep > 0) request.target.triangles = share_of(request.keep, input.triangles.size());
   auto made = gpu::cleap::simplify(input, request.target, request.options);
   bar.finish();
   if (!made) return made.problem();
@@ -119,9 +120,7 @@ proto::Result<gpu::fit::SimplifiedMesh> published(const gpu::fit::HeightMesh& in
 /// How many triangles were asked for; 0: something else was.
 std::uint64_t wanted(const SimplifyRequest& request, std::uint64_t input_triangles) {
   using Kind = gpu::fit::MeshTarget::Kind;
-  const auto share = [&](double keep) {
-    return std::max<std::uint64_t>(1, static_cast<std::uint64_t>(std::llround(keep * static_cast<double>(input_triangles))));
-  };
+  const auto share = [&](double keep) { return std::max<std::uint64_t>(1, share_of(keep, input_triangles)); };
   if (request.cleap) return request.cleap->keep > 0 ? share(request.cleap->keep) : request.cleap->target.triangles;
   if (request.target.kind == Kind::error_m) return 0;
   return request.target.kind == Kind::keep ? share(request.target.value) : static_cast<std::uint64_t>(request.target.value);

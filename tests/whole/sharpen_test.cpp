@@ -57,14 +57,21 @@ struct Lazy final : Blocks {
   int asked = 0, alone_for = 0;
 };
 
+/// Of a raster that is written into the folder.
+pipeline::BuildRequest request_of(const Folder& folder, const Dem& dem, const proto::BuildOptions& options) {
+  write(dem, folder.path("dem.tif"));
+  pipeline::BuildRequest request;
+  request.raster_path = folder.path("dem.tif");
+  request.raster_name = "dem.tif";
+  request.options = options;
+  return request;
+}
+
 class Sharpen : public testing::Test {
  protected:
   void SetUp() override {
-    write(points_of(kCorner, 2300, 1300, rough_with_sea(8)), folder_.path("dem.tif"));
-    request_.raster_path = folder_.path("dem.tif");
-    request_.raster_name = "dem.tif";
+    request_ = request_of(folder_, points_of(kCorner, 2300, 1300, rough_with_sea(8)), with_error(60));
     request_.id = "test";
-    request_.options = with_error(60);
     request_.options.set_max_level(13);
     request_.options.set_water(kSea_m);
     request_.block_samples = 1025 * 1025;
@@ -230,12 +237,7 @@ TEST_F(Sharpen, heights_come_from_the_finest_level_that_is_there) {
 /// Of larger rasters blocks are larger, too, and lie a level farther up, or two.
 TEST(Provisional, tiles_with_as_many_samples_as_are_said_meet_the_blocks) {
   const Folder folder;
-  write(points_of(kCorner, 330, 230, rough(8)), folder.path("dem.tif"));
-  pipeline::BuildRequest request;
-  request.raster_path = folder.path("dem.tif");
-  request.raster_name = "dem.tif";
-  request.options = with_error(60);
-  request.options.set_strategy("exact");
+  pipeline::BuildRequest request = request_of(folder, points_of(kCorner, 330, 230, rough(8)), exact(60));
   std::set<int> levels_below;
   for (const std::uint32_t finest : {17u, 18u, 20u, 21u}) {
     request.options.set_max_level(finest);
@@ -269,11 +271,7 @@ TEST(Provisional, tiles_with_as_many_samples_as_are_said_meet_the_blocks) {
 TEST(Provisional, of_a_bbox_are_that_part) {
   const Folder folder;
   const auto hills = [](int c, int r) { return 500 + 200 * std::sin(c / 90.0) * std::cos(r / 70.0); };
-  write(points_of(kCorner, 1400, 1100, hills), folder.path("dem.tif"));
-  pipeline::BuildRequest request;
-  request.raster_path = folder.path("dem.tif");
-  request.raster_name = "dem.tif";
-  request.options = with_error(4);
+  pipeline::BuildRequest request = request_of(folder, points_of(kCorner, 1400, 1100, hills), with_error(4));
   const double cell_deg = proto::Lattice{kCorner.level}.cell_deg();
   const auto longitude = [&](int c) { return static_cast<double>(kCorner.west + c) * cell_deg - 180; };
   const auto latitude = [&](int r) { return static_cast<double>(kCorner.north - r) * cell_deg - 90; };
@@ -395,11 +393,7 @@ TEST_F(Sharpen, left_alone_are_one_piece_and_a_pyramid_that_ends_above_the_block
 /// Their errors, at samples and at pixels, are those of few samples.
 TEST(Provisional, nothing_is_noted_of_their_errors) {
   const Folder folder;
-  write(points_of(kCorner, 1400, 1100, rough_with_sea(8)), folder.path("dem.tif"));
-  pipeline::BuildRequest request;
-  request.raster_path = folder.path("dem.tif");
-  request.raster_name = "dem.tif";
-  request.options = with_error(4);
+  const pipeline::BuildRequest request = request_of(folder, points_of(kCorner, 1400, 1100, rough_with_sea(8)), with_error(4));
   const auto source = pipeline::open_source(request);
   ASSERT_TRUE(source.ok()) << source.problem().line();
   auto small = pipeline::provisional_request(request, **source, 40'000);

@@ -23,11 +23,14 @@ bool knows_neighbours(const Terrain& terrain, const proto::TileAddress& tile) {
   return !terrain.manifest().provisional() || tile.z >= terrain.store().block_level();
 }
 
+/// Whether vertices have normals of their own and nothing else is on the tile.
+bool is_plain(const Terrain& terrain, Normals normals) { return normals == Normals::vertex && !terrain.look().photo; }
+
 proto::Result<std::optional<Blob>> made(const Terrain& terrain, const proto::TileAddress& tile, Normals normals) {
   const auto record = terrain.store().record(tile);
   if (!record) return std::optional<Blob>();  // a picture of nothing takes as long as any other
-  const bool plain = normals == Normals::vertex && !terrain.look().photo;
-  if (plain && record->glb_bytes() > 0) return terrain.store().tile(tile, Encoding::glb);  // a store of format 1
+  if (is_plain(terrain, normals) && record->glb_bytes() > 0)
+    return terrain.store().tile(tile, Encoding::glb);  // a store of format 1
   Shading shading{normals};
   std::string map;
   if (normals == Normals::texture) map = webp(normal_map(terrain, tile), kNormalMapSide);
@@ -50,7 +53,7 @@ std::string name_of(const proto::TileAddress& tile, Normals normals) {
 
 /// Whether the store's own tile is what is asked for.
 bool is_stored(const Terrain& terrain, const proto::TileAddress& tile, Normals normals) {
-  return normals == Normals::vertex && !terrain.look().photo && !knows_neighbours(terrain, tile);
+  return is_plain(terrain, normals) && !knows_neighbours(terrain, tile);
 }
 
 /// What a tile is to have; a tileset that names none leaves it to the terrain.
