@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "proto/utf8.h"
+#include "raster/disk/free_space.h"
 #include "raster/gdal/formats.h"
 #include "raster/gdal/gdal_scope.h"
 #include "raster/open/at_hand.h"
@@ -191,9 +192,14 @@ proto::Result<void> open_at_hand(Dataset& dataset, const AtHand& raster, const s
   const RangedFile* const ranged = ranged_file(raster.path);
   if (ranged == nullptr && !raster.folder && (dataset.trust == Trust::posted_file || (is_hgt(raster.file) && !named))) {
     dataset.path = folder.emplace().link(raster.path, raster.file);
-    if (dataset.path.empty())
-      return Problem{"storage-full", "no temporary folder can be made to open " + dataset.name + " in", "a disk with free space",
-                     ""};
+    // A disk that fails is another matter than one that is full: who found no room waits until there is more.
+    if (dataset.path.empty()) {
+      std::error_code error;
+      constexpr std::uint64_t kFolder_bytes = 1 << 20;
+      const bool full = raster::no_room(fs::temp_directory_path(error).string(), kFolder_bytes, "").has_value();
+      return Problem{full ? "storage-full" : "store-write", "no temporary folder can be made to open " + dataset.name + " in",
+                     "a disk with free space", ""};
+    }
   }
   if (auto whole = check_pages(dataset.path, dataset.name); !whole.ok()) return whole;
   const GdalScope scope(dataset.trust);
