@@ -27,7 +27,7 @@ namespace {
 proto::BuildOptions effective(const BuildRequest& request, const proto::Plan& plan, const proto::Source& source,
                               const Machine& machine) {
   proto::BuildOptions options = request.options;
-  if (plan.promise()) options.set_error(plan.levels(0).target());
+  if (options.keep_size() == 0) options.set_error(plan.levels(0).target());
   options.set_vertical_datum(source.vertical_datum());
   if (options.voids().empty()) options.set_voids("fill");
   if (options.voids() == "fill") options.set_fill_limit(raster::fill_limit_cells(options));
@@ -94,7 +94,7 @@ std::string note_on_rounding(const proto::Plan& plan) {
   };
   const double rounding =
       rounding_m(finest, lattice, {lattice.finest_level, middle(0, lattice.columns()), middle(1, lattice.rows())});
-  if (!plan.promise() || finest.target() >= rounding) return "";
+  if (plan.options().keep_size() > 0 || finest.target() >= rounding) return "";
   char text[200];
   std::snprintf(
       text, sizeof text,
@@ -166,7 +166,6 @@ proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& p
   *manifest.mutable_source() = source;
   for (const raster::MosaicMember& member : request.members) *manifest.add_sources() = member.description;
   *manifest.mutable_notes() = request.options.warnings();
-  if (std::string why = why_waves(plan); !why.empty()) manifest.add_notes(std::move(why));
   for (auto note : {note_on_voids(request.members), note_on_hidden(request.members)})
     if (note) manifest.add_notes(std::move(*note));
   if (std::string note = note_on_rounding(plan); !note.empty()) manifest.add_notes(std::move(note));

@@ -178,7 +178,6 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
   if (request.options.keep_size() > 0) {
     teller.stage("plan", 1);
     if (const auto piloted = run_pilot(builder, *plan, stop); !piloted.ok()) return piloted.problem();
-    builder.use(*plan);
   }
   auto place = request.old_stays && request.other == Existing::replace ? StorePlace::replacing(request.store_path, *plan)
                                                                        : StorePlace(request.store_path);

@@ -202,30 +202,54 @@ class Builder::BlockRoom {
   Builder& builder_;
 };
 
+proto::Result<Builder::SampleBlock> Builder::read_exact(const proto::TileAddress& node, Workers::Haste haste) {
+  SampleBlock block{node, alone_ ? place_alone(plan_, node) : place_of_block(plan_, node), {}};
+  if (block.place.west > block.place.east) return block;
+  const raster::Source::Window all = block.place.window();
+  raster::Source::Window window = node_window(plan_, node, 3);
+  window.west = std::max(window.west, all.west), window.east = std::min(window.east, all.east);
+  window.south = std::max(window.south, all.south), window.north = std::min(window.north, all.north);
+  if (is_empty(window)) return block;
+  block.samples = block.place.empty_samples();  // not before: a sparse raster would spend most of its time on pages
+  if (const auto read = read_into(window, block.samples, haste); !read.ok()) return read.problem();
+  return block;
+}
+
 proto::Result<FinishedTask> Builder::exact_block(const proto::TileAddress& node, const std::function<void(double)>& share,
                                                  const FinestSink& finest) {
   if (const auto problem = exact_.problem()) return *problem;
   FinishedTask task;
   task.node = node;
-  const BlockPlace place = alone_ ? place_alone(plan_, node) : place_of_block(plan_, node);
-  if (place.west > place.east) return task;
-  const raster::Source::Window all = place.window();
-  raster::Source::Window window = node_window(plan_, node, 3);
-  window.west = std::max(window.west, all.west), window.east = std::min(window.east, all.east);
-  window.south = std::max(window.south, all.south), window.north = std::min(window.north, all.north);
-  if (is_empty(window)) return task;
-  proto::Samples samples = place.empty_samples();  // not before: a sparse raster would spend most of its time on pages
-  if (const auto read = read_into(window, samples, finest.haste()); !read.ok()) return read.problem();
+  const auto read = read_exact(node, finest.haste());
+  if (!read.ok()) return read.problem();
   if (stop_) return kCancelled;
-  if (samples.all_void()) return task;
+  if (read->samples.all_void()) return task;
   share(kReadShare);
   const BlockRoom taken(*this, finest.haste());
   const ReadPixels pixels = [this](const proto::TileAddress& tile, unsigned worker) { return pixels_in(tile, worker); };
-  auto built = build_exact_block(plan_, node, place, samples, exact_, {workers_, pixels, finest},
+  auto built = build_exact_block(plan_, node, read->place, read->samples, exact_, {workers_, pixels, finest},
                                  [&](double part) { share(kReadShare + (1 - kReadShare) * part); });
   if (stop_) return kCancelled;
   if (built.ok() && gathered_) gathered_->take(*built);
   return built;
+}
+
+proto::Result<Builder::SampleBlock> Builder::sample_block(const proto::TileAddress& node) {
+  if (plan_.exact()) return read_exact(node, Workers::Haste::none);
+  const raster::Source::Window w = node_window(plan_, node);
+  auto samples = read(node);
+  if (!samples.ok()) return samples.problem();
+  return SampleBlock{node, BlockPlace{w.west, w.south, w.east, w.north}, std::move(*samples)};
+}
+
+proto::Result<std::vector<double>> Builder::count(const SampleBlock& block, int levels) {
+  if (plan_.exact()) return count_exact_block(plan_, lattice_.finest_level - levels + 1, block.place, block.samples, exact_);
+  const auto task = tiles_of_block(block.node, [](double) {}, {});
+  if (!task.ok()) return task.problem();
+  std::vector<double> triangles(static_cast<std::size_t>(levels));
+  for (const EncodedTile& tile : task->tiles)
+    triangles[static_cast<std::size_t>(lattice_.finest_level) - tile.record.level()] += tile.record.triangles();
+  return triangles;
 }
 
 void Builder::encode(const LevelContext& context, std::vector<BuiltTile>& tiles, FinishedTask& task) {

@@ -73,12 +73,21 @@ class Builder {
   proto::Result<FinishedTask> merge(const proto::TileAddress& node, const ChildMesh& mesh_of,
                                     const std::function<void(double)>& share);
 
-  /// The finest samples of a node, and two cells of its level around it. Empty where the source knows that it has no data there.
-  proto::Result<proto::Samples> read(const proto::TileAddress& node);
-  /// Of tiles one by one: of waves, and of what is merged above exact blocks.
-  TileSimplifiers& tiles() { return tiles_; }
+  /// A node whose block is made several times, with targets that differ: what is read of it stays.
+  struct SampleBlock {
+    proto::TileAddress node;
+    BlockPlace place;        ///< of its data
+    proto::Samples samples;  ///< of it and a little around; all_void(): there is no data
+  };
+  proto::Result<SampleBlock> sample_block(const proto::TileAddress& node);
+  /// Published triangles of so many levels, the finest first. Where tiles are made one by one, of no more than the block has.
+  proto::Result<std::vector<double>> count(const SampleBlock& block, int levels);
 
  private:
+  /// The finest samples of a node, and two cells of its level around it. Empty where the source knows that it has no data there.
+  proto::Result<proto::Samples> read(const proto::TileAddress& node);
+  /// Likewise of an exact block; its samples hold all of its place, or nothing.
+  proto::Result<SampleBlock> read_exact(const proto::TileAddress& node, Workers::Haste haste);
   std::vector<raster::PixelPoint> pixels_in(const proto::TileAddress& tile, unsigned worker);
   bool is_empty(const raster::Source::Window& window);
   bool by_regions() const;  ///< levels above blocks are made, and of one ground else

@@ -48,11 +48,9 @@ class BlockBuild {
         curve_(curve_of(plan, place_)),
         frames_(lattice_, samples),
         counts_(lattice_, samples, team.workers, Workers::Haste::somebody_waits),  // the simplifier does
-        asked_(levels_of_block(plan, node.z)),
+        asked_(levels_of_block(plan, node.z, place, samples)),
         keeps_squares_(place.merged_above && merged_at_once(plan)) {
     if (keeps_squares_) asked_.known_reach = most_rim_reach(plan);
-    const bool is_all = !has_levels_above(plan) && std::ranges::count(place.sides, gpu::exact::SideKind::shared) == 0;
-    if (is_all) keep_narrow_data(places_of_data(samples), 0, asked_);
   }
 
   proto::Result<FinishedTask> run(ExactSimplifiers& simplifiers, const std::function<void(double)>& share) {
@@ -82,15 +80,7 @@ class BlockBuild {
   /// Levels that are there stay: what they are made of is asked for as before, so their meshes would be the same.
   proto::Result<void> one_run(ExactSimplifiers& simplifiers, const std::function<void(double)>& share,
                               std::vector<EncodedLevel>& levels) {
-    gpu::exact::Block block;
-    block.samples = &samples_;
-    block.west = place_.west, block.south = place_.south;
-    block.columns = static_cast<std::int32_t>(place_.east - place_.west + 1);
-    block.rows = static_cast<std::int32_t>(place_.north - place_.south + 1);
-    block.sides = place_.sides;
-    block.curve = curve_.rows;
-    block.curve_up = curve_.up;
-    block.sample_m = sample_m(plan_);
+    const gpu::exact::Block block = block_at(plan_, place_, samples_, curve_);
     std::vector<std::future<EncodedLevel>> under_way;
     const auto take = [&](std::size_t l, BlockMesh&& mesh) {
       if (l == 0) under_way.clear();  // a lost device's
@@ -233,6 +223,22 @@ proto::Result<FinishedTask> build_exact_block(const proto::Plan& plan, const pro
                                               const proto::Samples& samples, ExactSimplifiers& simplifiers,
                                               const BlockReaders& team, const std::function<void(double)>& share) {
   return BlockBuild(plan, node, place, samples, team).run(simplifiers, share);
+}
+
+proto::Result<std::vector<double>> count_exact_block(const proto::Plan& plan, int coarsest, const BlockPlace& place,
+                                                     const proto::Samples& samples, ExactSimplifiers& simplifiers) {
+  const BlockCurve curve = curve_of(plan, place);
+  const gpu::exact::BlockPlan asked = levels_of_block(plan, coarsest, place, samples);
+  std::vector<double> triangles(asked.levels.size());
+  const auto made = simplifiers.simplify(
+      block_at(plan, place, samples, curve), asked,
+      [&](std::size_t level, BlockMesh&& mesh) {
+        triangles[level] = static_cast<double>(std::ranges::count_if(
+            mesh.triangles, [&](const auto& t) { return !mesh.is_void[t[0]] && !mesh.is_void[t[1]] && !mesh.is_void[t[2]]; }));
+      },
+      nullptr);
+  if (!made.ok()) return made.problem();
+  return triangles;
 }
 
 namespace {

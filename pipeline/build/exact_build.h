@@ -36,6 +36,10 @@ proto::Result<FinishedTask> build_exact_block(const proto::Plan& plan, const pro
                                               const proto::Samples& samples, ExactSimplifiers& simplifiers,
                                               const BlockReaders& team, const std::function<void(double)>& share);
 
+/// Published triangles of its levels alone, the finest first. coarsest: may be above the plan's block level.
+proto::Result<std::vector<double>> count_exact_block(const proto::Plan& plan, int coarsest, const BlockPlace& place,
+                                                     const proto::Samples& samples, ExactSimplifiers& simplifiers);
+
 /// All tiles above the blocks, see merged_at_once. share: as in Builder::block, by one thread.
 proto::Result<FinishedTask> build_exact_above(const proto::Plan& plan, Above above, ExactSimplifiers& simplifiers,
                                               Workers& workers, const std::function<void(double)>& share);

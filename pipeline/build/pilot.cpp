@@ -2,103 +2,244 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <future>
+#include <optional>
 #include <vector>
 
 #include "pipeline/build/build.h"
 #include "pipeline/plan/plan.h"
-#include "pipeline/tile/tile_mesh.h"
+#include "pipeline/plan/plan_options.h"
 
 namespace cordillera::pipeline {
 namespace {
 
-constexpr std::size_t kSubtrees = 4;     // sample sub-trees of a dataset that is too large to be its own sample
-constexpr int kSubtreeLevels = 2;        // 4 x 4 finest tiles each
-constexpr std::size_t kWholeTiles = 64;  // a dataset of so few finest tiles is its own sample
-constexpr int kSteps = 9;                // of a bisection that starts from a factor of 64
-constexpr double kCloseEnough = 0.01;    // relative to the share
+/// Of a sample: its finest tiles, and how many levels above them its blocks' nodes are. A block of exact reaches as far up as it
+/// likes; where tiles are made one by one it ends at its node.
+struct SampleSize {
+  std::size_t tiles;
+  int levels_up;
+  std::size_t blocks() const { return tiles >> 2 * levels_up; }
+};
+constexpr SampleSize kSample{kPilotTiles, 1}, kSampleOfTiles{64, 2};
+constexpr double kLeastTriangles = 500;  // in a block: with fewer its sides would count for too much
+constexpr int kMostPilotRuns = 8;
+/// To the finest level's share, relative; each coarser level may be that much farther off than the one below it.
+constexpr double kClose = 0.01, kLessClose = 1.5;
+constexpr double kFewTriangles = 4;                  // are close, too
+constexpr double kLongestStep = 32;                  // of a tolerance, from run to run
+constexpr double kLeastPower = 0.3, kMostPower = 8;  // of a tolerance, that the odds of a triangle fall by
+/// A level is made of the one below it: what was learned of its tolerance is forgotten where that has changed by as much.
+constexpr double kSameBelow = 1.03;
 
-std::size_t published_triangles(const proto::TileMesh& mesh) {
-  return static_cast<std::size_t>(
-      std::count_if(mesh.triangles.begin(), mesh.triangles.end(), [&](const auto& t) { return is_published(mesh, t); }));
+/// To a thousandth: logarithms may differ by their last bit from machine to machine.
+double rounded(double value) {
+  constexpr int kBits = 10;
+  int exponent = 0;
+  const double fraction = std::frexp(value, &exponent);
+  return std::ldexp(std::nearbyint(std::ldexp(fraction, kBits)), exponent - kBits);
 }
 
-/// A tile of the sample, and the sub-tree that it is in.
-struct SampledTile {
-  std::size_t root = 0;
-  proto::TileAddress tile;
+/// What a tolerance gave.
+struct Tried {
+  double target = 0, odds = 0;
 };
 
-struct Pilot {
-  Builder& builder;
-  proto::Plan& plan;
-  const std::atomic<bool>& stop;
-  proto::Lattice lattice = lattice_of(plan);
-  int top = 0;  ///< coarsest level the sample reaches
-  std::vector<proto::TileAddress> roots{};
-  std::vector<proto::Samples> samples{};  ///< indexed as roots
-  double grid_triangles = 0;
+/// The search for a level's tolerance. Where few triangles of the grid are left, they go as some power of it, and where nearly
+/// all are, those that are missing do: so it is by the odds, which are left over missing.
+struct SearchedLevel {
+  double grid = 0, wanted = 0;  ///< triangles
+  double close = 0;             ///< to that, relative
+  double least = 0, most = 0;   ///< tolerances that there can be
+  double target = 0;            ///< to be tried next
+  std::optional<Tried> last, too_many, too_few;
 
-  proto::Result<void> read();
-  void count_grid();
-  std::vector<SampledTile> places(int z) const;
-  LevelContext context(int z, std::size_t root) const { return {&lattice, &level_plan(plan, z), false, &samples[root], false}; }
-  Tiles simplify(int z, const Tiles& below, double& triangles) const;
-  proto::LevelPlan& level(int z) const { return *plan.mutable_levels(lattice.finest_level - z); }
+  /// Whether nothing better is to be had: rims and sides need what they need, and even ground has no more.
+  bool is_there(double triangles) const {
+    return std::abs(triangles - wanted) < std::max(close * wanted, kFewTriangles) || (triangles > wanted && target >= most) ||
+           (triangles < wanted && target <= least);
+  }
+  double off(double triangles) const { return is_there(triangles) ? 0 : std::abs(std::log(std::max(triangles, 1.0) / wanted)); }
+
+  /// What follows of target, which gave so many.
+  void learn(double triangles) {
+    const Tried now{target, odds(triangles)};
+    (triangles > wanted ? too_many : too_few) = now;
+    double next = beyond(now);
+    if (too_many && too_few && !(next > too_many->target && next < too_few->target)) next = between(*too_many, *too_few);
+    last = now;
+    target = std::clamp(rounded(next), least, most);
+  }
+  void forget_bounds() { too_many.reset(), too_few.reset(); }
+
+ private:
+  double odds(double triangles) const {
+    constexpr double kMost = 0.995;
+    const double share = std::clamp(triangles / grid, 1 / grid, kMost);
+    return share / (1 - share);
+  }
+  /// Not too near to either: that would teach little.
+  double between(const Tried& a, const Tried& b) const {
+    constexpr double kLeastShare = 0.05;
+    const double share = std::log(a.odds / odds(wanted)) / std::log(a.odds / b.odds);
+    return a.target * std::pow(b.target / a.target, std::clamp(share, kLeastShare, 1 - kLeastShare));
+  }
+  double beyond(const Tried& now) const {
+    double power = 1;
+    if (last && last->target != now.target) power = -std::log(now.odds / last->odds) / std::log(now.target / last->target);
+    const double step = std::pow(now.odds / odds(wanted), 1 / std::clamp(power, kLeastPower, kMostPower));
+    return now.target * std::clamp(step, 1 / kLongestStep, kLongestStep);
+  }
 };
 
-/// Evenly spread choice of sub-trees; the rule of position alone keeps it deterministic.
-proto::Result<void> Pilot::read() {
-  const int block = static_cast<int>(plan.block_level());
-  const bool whole = touched_tiles(plan, lattice.finest_level).size() <= kWholeTiles;
-  top = whole ? block : std::max(block, lattice.finest_level - kSubtreeLevels);
-  const std::vector<proto::TileAddress> all = touched_tiles(plan, top);
-  const std::size_t wanted = whole ? all.size() : std::min(kSubtrees, all.size());
-  // Tiles of the data's edge may be empty: look on from each chosen place until one has data.
-  for (std::size_t k = 0; k < wanted; ++k) {
-    for (std::size_t at = k * all.size() / wanted; at < (k + 1) * all.size() / wanted; ++at) {
-      auto read = builder.read(all[at]);
-      if (!read.ok()) return read.problem();
-      if (stop) return kCancelled;
-      if (read->all_void()) continue;
-      roots.push_back(all[at]);
-      samples.push_back(std::move(*read));
-      break;
+class Pilot {
+ public:
+  Pilot(Builder& builder, proto::Plan& plan, const std::atomic<bool>& stop)
+      : builder_(builder), plan_(plan), stop_(stop), finest_(static_cast<int>(plan.finest_level())) {}
+
+  proto::Result<void> run() {
+    if (const auto chosen = choose_blocks(); !chosen.ok()) return chosen;
+    if (grid_triangles_ > 0) {
+      if (const auto searched = search(); !searched.ok()) return searched;
     }
+    set_levels_above();
+    builder_.use(plan_);
+    return {};
   }
-  return {};
-}
 
-std::vector<SampledTile> Pilot::places(int z) const {
-  std::vector<SampledTile> places;
-  for (std::size_t r = 0; r < roots.size(); ++r) {
-    for (const proto::TileAddress& tile : touched_tiles(plan, z, roots[r])) places.push_back({r, tile});
+ private:
+  /// Evenly spread; the rule of position alone keeps it deterministic. Blocks at the data's edge may be empty: from each chosen
+  /// place it looks on until one has data.
+  proto::Result<void> choose_blocks() {
+    const int block_level = static_cast<int>(plan_.block_level());
+    const SampleSize size = plan_.exact() ? kSample : kSampleOfTiles;
+    const bool whole = touched_tiles(plan_, finest_).size() <= size.tiles;
+    top_ = whole ? block_level : std::max(block_level, finest_ - size.levels_up);
+    const std::vector<proto::TileAddress> all = touched_tiles(plan_, top_);
+    const std::size_t wanted = whole ? all.size() : std::min(size.blocks(), all.size());
+    builder_.use(sampled(), true);
+    for (std::size_t k = 0; k < wanted; ++k) {
+      for (std::size_t at = k * all.size() / wanted; at < (k + 1) * all.size() / wanted; ++at) {
+        auto block = builder_.sample_block(all[at]);
+        if (!block.ok()) return block.problem();
+        if (stop_) return kCancelled;
+        const double triangles = triangles_of_grid(*block);
+        if (triangles == 0) continue;
+        blocks_.push_back(std::move(*block));
+        grid_triangles_ += triangles;
+        break;
+      }
+    }
+    sampled_ = plan_.exact() && !whole ? levels_with_triangles() : finest_ - top_ + 1;
+    return {};
   }
-  return places;
-}
 
-void Pilot::count_grid() {
-  for (const auto& [root, tile] : places(lattice.finest_level)) {
-    const auto prepared = prepare_finest(context(lattice.finest_level, root), tile);
-    if (prepared) grid_triangles += static_cast<double>(published_triangles(prepared->input));
+  /// In the mean of the blocks there are enough of them.
+  int levels_with_triangles() const {
+    const double grid = grid_triangles_ / static_cast<double>(std::max<std::size_t>(blocks_.size(), 1));
+    int levels = 1;
+    while (levels < plan_.levels_size() && kept_share(plan_.options(), levels) * grid >= kLeastTriangles) ++levels;
+    return levels;
   }
-}
 
-Tiles Pilot::simplify(int z, const Tiles& below, double& triangles) const {
-  const std::vector<SampledTile> at = places(z);
-  const bool finest = z == lattice.finest_level;
-  std::vector<BuiltTile> built =
-      builder.tiles().simplify({&lattice, &level_plan(plan, z), false, nullptr, false}, at.size(), [&](std::size_t k) {
-        const LevelContext here = context(z, at[k].root);
-        return finest ? prepare_finest(here, at[k].tile) : prepare_parent(here, at[k].tile, children_of(at[k].tile, below));
-      });
-  Tiles tiles;
-  triangles = 0;
-  for (BuiltTile& tile : built) {
-    triangles += static_cast<double>(published_triangles(tile.mesh));
-    tiles.emplace(tile.tile, std::move(tile));
+  /// Blocks of the sample; targets and what derives from them stay those of the real ones.
+  proto::Plan sampled() const {
+    proto::Plan plan = plan_;
+    plan.set_block_level(static_cast<std::uint32_t>(top_));
+    return plan;
   }
-  return tiles;
-}
+
+  static double triangles_of_grid(const Builder::SampleBlock& block) {
+    const proto::Samples& s = block.samples;
+    if (s.all_void()) return 0;
+    const auto valid = [&](std::int64_t x, std::int64_t y) {
+      return s.height[static_cast<std::size_t>((y - s.south) * s.columns + (x - s.west))] != proto::kNoHeight ? 1 : 0;
+    };
+    double count = 0;
+    for (std::int64_t y = block.place.south; y < block.place.north; ++y)
+      for (std::int64_t x = block.place.west; x < block.place.east; ++x)
+        count += std::max(valid(x, y) + valid(x + 1, y) + valid(x, y + 1) + valid(x + 1, y + 1) - 2, 0);
+    return count;
+  }
+
+  proto::Result<void> search() {
+    std::vector<SearchedLevel> levels;
+    for (int up = 0; up < sampled_; ++up) {
+      SearchedLevel level;
+      level.close = kClose * std::pow(kLessClose, up);
+      level.grid = grid_triangles_;
+      level.wanted = kept_share(plan_.options(), up) * grid_triangles_;
+      level.least = std::ldexp(kLeastError_m, up), level.most = greatest_target_m(plan_, finest_ - up);
+      level.target = std::clamp(plan_.levels(up).target(), level.least, level.most);
+      levels.push_back(level);
+    }
+    double least_off = INFINITY;
+    proto::Plan best;
+    for (int run = 0; run < kMostPilotRuns && least_off > 0; ++run) {
+      for (std::size_t up = 0; up < levels.size(); ++up) {
+        if (up > 0) levels[up].target = std::clamp(levels[up].target, levels[up - 1].target, levels[up].most);
+        set_target(static_cast<int>(up), levels[up].target);
+      }
+      const auto triangles = count();
+      if (!triangles.ok()) return triangles.problem();
+      double off = 0;
+      for (std::size_t up = 0; up < levels.size(); ++up) off += levels[up].off((*triangles)[up]);
+      if (off < least_off) least_off = off, best = plan_;
+      bool moved = false;
+      for (std::size_t up = 0; up < levels.size(); ++up) {
+        const double before = levels[up].target;
+        if (moved) levels[up].forget_bounds();
+        levels[up].learn((*triangles)[up]);
+        const double step = levels[up].target / before;
+        moved = moved || step > kSameBelow || step < 1 / kSameBelow;
+      }
+    }
+    plan_ = std::move(best);
+    return {};
+  }
+
+  /// Triangles of the sampled levels, from the finest up.
+  proto::Result<std::vector<double>> count() {
+    builder_.use(sampled(), true);
+    std::vector<std::future<proto::Result<std::vector<double>>>> counts;
+    for (const Builder::SampleBlock& block : blocks_)
+      counts.push_back(std::async(std::launch::async, [&] { return builder_.count(block, sampled_); }));
+    std::vector<double> triangles(static_cast<std::size_t>(sampled_));
+    std::optional<proto::Problem> problem;
+    for (auto& count : counts) {
+      const auto levels = count.get();
+      if (!levels.ok())
+        problem = levels.problem();
+      else
+        std::ranges::transform(triangles, *levels, triangles.begin(), std::plus());
+    }
+    if (problem) return *problem;
+    return triangles;
+  }
+
+  void set_target(int up, double target_m) {
+    proto::LevelPlan& level = *plan_.mutable_levels(up);
+    level.set_target(target_m);
+    derive_level(plan_, level);
+  }
+
+  /// As the last sampled level grew.
+  void set_levels_above() {
+    const auto target = [&](int up) { return plan_.levels(up).target(); };
+    const double growth = sampled_ < 2 ? 2 : std::clamp(target(sampled_ - 1) / target(sampled_ - 2), 1.0, 8.0);
+    for (int up = sampled_; up < plan_.levels_size(); ++up)
+      set_target(up, std::min(rounded(target(up - 1) * growth), greatest_target_m(plan_, finest_ - up)));
+  }
+
+  Builder& builder_;
+  proto::Plan& plan_;
+  const std::atomic<bool>& stop_;
+  const int finest_;
+  int top_ = 0;      ///< level of its blocks' nodes
+  int sampled_ = 0;  ///< levels, from the finest up
+  std::vector<Builder::SampleBlock> blocks_;
+  double grid_triangles_ = 0;
+};
 
 }  // namespace
 
@@ -110,41 +251,7 @@ double kept_share(const proto::BuildOptions& options, int levels_up) {
 }
 
 proto::Result<void> run_pilot(Builder& builder, proto::Plan& plan, const std::atomic<bool>& stop) {
-  Pilot pilot{builder, plan, stop};
-  if (const auto read = pilot.read(); !read.ok()) return read.problem();
-  pilot.count_grid();
-  const int finest = pilot.lattice.finest_level;
-  Tiles below;
-  double target = plan.levels(0).target() / 16, growth = 2;
-  for (int z = finest; z >= static_cast<int>(plan.min_level()); --z) {
-    proto::LevelPlan& level = pilot.level(z);
-    if (z < pilot.top || pilot.grid_triangles == 0) {
-      target = std::min(target * growth, greatest_target_m(plan, z));  // above the sample: as the last level grew
-      level.set_target(target);
-      derive_level(plan, level);
-      continue;
-    }
-    const double wanted = kept_share(plan.options(), finest - z) * pilot.grid_triangles;
-    double low = 0, high = 0, guess = z == finest ? target : target * growth;
-    Tiles best;
-    for (int step = 0; step < kSteps; ++step) {
-      guess = std::min(guess, greatest_target_m(plan, z));
-      level.set_target(guess);
-      derive_level(plan, level);
-      double triangles = 0;
-      best = pilot.simplify(z, below, triangles);
-      if (stop) return kCancelled;
-      if (std::abs(triangles / wanted - 1) < kCloseEnough) break;
-      // Rims and chains need what they need: a share below that is not to be had.
-      if (triangles > wanted && guess >= greatest_target_m(plan, z)) break;
-      (triangles > wanted ? low : high) = guess;
-      guess = low == 0 ? guess / 4 : high == 0 ? guess * 4 : std::sqrt(low * high);
-    }
-    if (z < finest) growth = std::clamp(level.target() / target, 1.0, 8.0);
-    target = level.target();
-    below = std::move(best);
-  }
-  return {};
+  return Pilot(builder, plan, stop).run();
 }
 
 }  // namespace cordillera::pipeline

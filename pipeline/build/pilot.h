@@ -1,5 +1,5 @@
 #pragma once
-// keep=: the tolerance of each level that leaves the share of triangles asked for, found on sample tiles before the build.
+// keep=: the tolerance of each level that leaves the share of triangles asked for, found on sample blocks before the build.
 #include <atomic>
 
 #include "cordillera.pb.h"
@@ -12,9 +12,13 @@ namespace cordillera::pipeline {
 /// repeated.
 double kept_share(const proto::BuildOptions& options, int levels_up);
 
-/// Sets the targets of all levels of plan (and what derives from them) by bisection on a few sub-trees of tiles spread over the
-/// data. The whole dataset is the sample when it is small. Deterministic: a function of source and plan alone. builder reads and
-/// simplifies the sample, with all that it has.
+/// What the search costs, for who estimates it: so many finest tiles are built so often.
+inline constexpr std::size_t kPilotTiles = 24;
+inline constexpr double kPilotRuns = 5;
+
+/// Sets the targets of all levels of plan (and what derives from them) by building a few blocks, spread over the data, again and
+/// again. The whole dataset is the sample when it is small. Deterministic: a function of source and plan alone. builder makes the
+/// sample, with all that it has; it is left with plan.
 proto::Result<void> run_pilot(Builder& builder, proto::Plan& plan, const std::atomic<bool>& stop);
 
 }  // namespace cordillera::pipeline

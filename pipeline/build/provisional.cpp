@@ -125,11 +125,8 @@ proto::Result<std::optional<BuildRequest>> provisional_request(const BuildReques
 
 proto::Result<BlockLevel> block_level_of(const BuildRequest& request, raster::Source& source) {
   BuildRequest planned = request;
-  if (planned.options.keep_size() > 0) {  // shares are of waves, whose blocks do not depend on them
-    planned.options.clear_keep();
-    planned.options.set_strategy("waves");
-  }
-  // Nor on an error; to choose one, or steps for a small one, the raster would be read here and there.
+  // Blocks depend on no share or error; to choose one, or steps for a small one, the raster would be read here and there.
+  planned.options.clear_keep();
   planned.options.set_error(kGreatestError_m);
   const auto plan = plan_of(planned, source);
   if (!plan.ok()) return plan.problem();

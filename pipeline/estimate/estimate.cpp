@@ -16,8 +16,6 @@ namespace {
 
 constexpr double kDrcOverhead = 200;                       // bytes of a tile without any triangle
 constexpr double kLeastGrowth = 0.25, kMostGrowth = 0.75;  // of a level's triangles, from one level to the one above
-constexpr double kPilotSteps = 5;  // what the search for a share costs, in times that its tiles are built once
-constexpr double kPilotTiles = 64;
 
 /// keep=: targets nearer to those that give the shares. Triangles fall about as the target rises.
 void aim_at_shares(const proto::BuildOptions& options, const Sampled& sampled, proto::Plan& plan) {
@@ -95,7 +93,8 @@ void fill_in(const proto::Plan& plan, const std::vector<LevelSum>& sums, proto::
 /// A build's seconds: its tiles on all threads, and before them, on one, the search for shares.
 double seconds_for(const Sampled& sampled, const std::vector<LevelSum>& sums, unsigned threads, bool shares) {
   const double cpu = sampled.cpu_seconds * sampled.scale();
-  const double pilot = shares && sums[0].tiles > 0 ? kPilotSteps * cpu * std::min(1.0, kPilotTiles / sums[0].tiles) : 0;
+  const double pilot =
+      shares && sums[0].tiles > 0 ? kPilotRuns * cpu * std::min(1.0, static_cast<double>(kPilotTiles) / sums[0].tiles) : 0;
   return cpu / threads + pilot;
 }
 

@@ -28,8 +28,8 @@ constexpr double kHeightStepShare = 1.0 / 8;
 constexpr double kGreatestHeightStep_m = 4;    // seen from afar, mountains should not be terraces
 constexpr double kRimCells = 0.5;              // that a rim may move in a level; over all finer levels that adds up to one cell
 constexpr double kRimExtentShare = 1.0 / 256;  // small data keeps its outline, however coarse the level
-constexpr int kExactLevels = 2;                // of an exact block, at least: what is merged above it is measured against both
-constexpr const char* kWithoutExact = "strategy=waves";
+constexpr int kBlockLevels = 2;           // of an exact block that has levels above it: a tile handed up is measured against both
+constexpr int kLeastFinestLevel = 2;      // of exact: a chord of hundreds of kilometres sags
 constexpr double kPixelShare = 1.0 / 10;  // of the finest target: see pixels_within_m
 
 using proto::floor_divide;
@@ -78,13 +78,12 @@ bool is_automatic(const proto::BuildOptions& options) {
   return options.strategy().empty() || options.strategy() == kAutoStrategy;
 }
 
+bool is_exact(const proto::BuildOptions& options) { return is_automatic(options) || options.strategy() == gpu::kExact; }
+
 /// Meeting pixels takes cells that are neither wider nor higher than they: those of a pixel that is up to four times as long
-/// as it is wide are one level finer. Pixels of most of a degree and more have finer cells, too: there are levels enough for
-/// exact then, which counts what a chord of hundreds of kilometres sags.
+/// as it is wide are one level finer. Pixels of most of a degree and more have finer cells, too.
 int finest_level(const proto::Source& source, const proto::BuildOptions& options) {
-  const bool may_be_exact =
-      options.min_level() == 0 && options.keep_size() == 0 && (is_automatic(options) || options.strategy() == gpu::kExact);
-  const int level = std::max(level_of_pixels(source), may_be_exact ? kExactLevels : 0);
+  const int level = std::max(level_of_pixels(source), is_exact(options) ? kLeastFinestLevel : 0);
   const bool finer = is_to_meet_pixels(options) && level < proto::kMaxLevel && !has_cells_within_pixels(source, level) &&
                      has_cells_within_pixels(source, level + 1);
   return finer ? level + 1 : level;
@@ -128,10 +127,10 @@ int level_of_nodes(const proto::Lattice& lattice, int from, int finest, std::int
   return from;
 }
 
-/// Of exact: its blocks have two levels or more.
+/// Of exact: its blocks have two levels or more, unless the plan has but one.
 int exact_block_level(const proto::Plan& plan, std::int64_t most) {
   const proto::Lattice lattice = lattice_of(plan);
-  return level_of_nodes(lattice, static_cast<int>(plan.min_level()), lattice.finest_level - kExactLevels + 1, most);
+  return level_of_nodes(lattice, static_cast<int>(plan.min_level()), lattice.finest_level - kBlockLevels + 1, most);
 }
 
 std::int64_t samples_of(const proto::Plan& plan) { return columns_of(plan) * rows_of(plan); }
@@ -213,8 +212,9 @@ proto::Result<void> choose_pixels(const proto::Source& source, proto::Plan& plan
   const bool asked = plan.options().pixels() == raster::kExactPixels;
   const bool fine = has_cells_within_pixels(source, static_cast<int>(plan.finest_level()));
   const std::string cells = "cells of level " + std::to_string(plan.finest_level());
-  if (asked && !plan.promise())
-    return proto::Problem{"options-conflict", "pixels=exact and keep are both given: with keep no error is promised",
+  if (asked && plan.options().keep_size() > 0)
+    return proto::Problem{"options-conflict",
+                          "pixels=exact and keep are both given: a share of triangles is kept at samples alone",
                           "pixels=lattice, or error in place of keep", "pixels"};
   if (asked && !fine)
     return proto::Problem{"options-conflict", cells + " are wider than a pixel, or higher, so they cannot meet all pixels",
@@ -259,11 +259,9 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
   }
   for (const std::int64_t side : {window.west, window.south, window.east, window.north})
     plan.add_window(static_cast<std::int32_t>(side));
-  plan.set_promise(options.keep_size() == 0);
   *plan.mutable_options() = options;
-  const auto exact = check_exact(plan);
-  if (options.strategy() == gpu::kExact && !exact.ok()) return exact.problem();
-  plan.set_exact(exact.ok() && (options.strategy() == gpu::kExact || is_automatic(options)));
+  plan.set_exact(is_exact(options));
+  plan.set_promise(plan.exact() || options.keep_size() == 0);
   plan.set_block_level(static_cast<std::uint32_t>(block_level(plan)));  // places to look at are found by it
   look_at_ground(source, plan);
   const int level_of_error = options.has_max_level() ? range->first : level_of_pixels(source.description());
@@ -293,27 +291,6 @@ void use_smaller_blocks(proto::Plan& plan, std::int64_t most) {
       plan.exact() ? std::max(now, exact_block_level(plan, most)) : level_of_nodes(lattice, now, lattice.finest_level, most);
   plan.set_block_level(static_cast<std::uint32_t>(level));
   for (proto::LevelPlan& numbers : *plan.mutable_levels()) derive_level(plan, numbers);
-}
-
-std::string why_waves(const proto::Plan& plan) {
-  if (plan.exact() || plan.options().strategy() != kAutoStrategy) return "";
-  const auto checked = check_exact(plan);
-  return checked.ok() ? "" : "strategy=auto is waves here: " + checked.problem().detail;
-}
-
-proto::Result<void> check_exact(const proto::Plan& plan) {
-  const auto refused = [](std::string detail, const std::string& accepted) {
-    return proto::Problem{"options-conflict", "strategy exact " + std::move(detail), accepted + ", or " + kWithoutExact,
-                          "strategy"};
-  };
-  const int finest = lattice_of(plan).finest_level;
-  if (static_cast<int>(plan.min_level()) + kExactLevels > finest)
-    return refused("needs two coarser levels",
-                   finest < kExactLevels
-                       ? "max_level " + std::to_string(static_cast<int>(plan.min_level()) + kExactLevels) + " or finer"
-                       : "min_level " + std::to_string(finest - kExactLevels) + " or less");
-  if (plan.options().keep_size() > 0) return refused("keeps an error, not a share", "error=");
-  return {};
 }
 
 namespace {

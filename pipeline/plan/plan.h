@@ -22,7 +22,7 @@ inline constexpr std::int64_t kBlockSamples = std::int64_t{4097} * 4097;
 inline constexpr std::int64_t kExactSamples = std::int64_t{2049} * 2049, kMostExactBlocks = 1024;
 /// Rasters between have smaller blocks, for the same reason. They cost one percent of triangles.
 inline constexpr std::int64_t kSmallExactSamples = std::int64_t{1025} * 1025, kMostSmallBlocks = 128;
-/// The default strategy: exact wherever it can be, waves elsewhere.
+/// The default strategy: exact.
 inline constexpr const char* kAutoStrategy = "auto";
 
 /// Plans everything but the targets of keep=, which need a pilot (see pilot.h): levels, blocks, targets, steps.
@@ -36,10 +36,6 @@ double greatest_target_m(const proto::Plan& plan, int level);
 
 /// Blocks of up to so many finest samples, or the smallest that there can be: a tile of waves, four of exact.
 void use_smaller_blocks(proto::Plan& plan, std::int64_t most);
-/// Why strategy=auto is waves, a sentence; empty where it is exact, or a strategy was asked for by name. It has a window.
-std::string why_waves(const proto::Plan& plan);
-/// Why a plan cannot be exact: shares, too few levels. It has a window.
-proto::Result<void> check_exact(const proto::Plan& plan);
 
 /// How near to the raster's own pixels the surface between samples is brought before anything is simplified, metres; 0: samples
 /// stay as they are, and the error counts at samples alone. It leaves simplification the rest of the finest target.

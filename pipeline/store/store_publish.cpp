@@ -258,7 +258,7 @@ void summarise(Database& database, const proto::Plan& plan, proto::Manifest& man
     proto::LevelSummary& sum = *manifest.add_levels();
     sum = level_summary(database, level, range, pixels, shown.emplace_back());
     sum.set_target(plan.promise() ? level.target()
-                                  : sum.stated_max_error());  // a share promises no error: none but what came out
+                                  : sum.stated_max_error());  // a share of waves promises no error: none but what came out
     geometric_error = std::max(geometric_error, sum.stated_max_error());
     sum.set_geometric_error(geometric_error);
     sum.set_height_step(height_step(level) * proto::kHeightStep_m);
@@ -273,7 +273,7 @@ void summarise(Database& database, const proto::Plan& plan, proto::Manifest& man
   if (std::string note = note_on_sparse_levels(manifest); first && !note.empty()) manifest.add_notes(std::move(note));
   if (!sharper && !pixels.empty()) *manifest.mutable_source()->mutable_error_at_pixels() = pixels.total();
   // Of provisional tiles no error is stated.
-  if (first && !manifest.provisional() && !pixels.empty() && plan.promise())
+  if (first && !manifest.provisional() && !pixels.empty() && plan.options().keep_size() == 0)
     note_pixels(pixels, plan.levels(0).target(), manifest);
   if (sharper) {
     manifest.set_bounds(4, std::min(manifest.bounds(4), finest->min_height()));

@@ -189,9 +189,8 @@ std::vector<OptionSpec> make_build_options() {
        {},
        OpenTo::operators},
       {"strategy", "NAME",
-       "how meshes are simplified; exact: large blocks, no sample ever farther off than the error; auto: exact where it can be, "
-       "else waves; cleap and sequential: the published "
-       "algorithm, to be compared with",
+       "how meshes are simplified; auto, exact: large blocks, no sample ever farther off than the error; waves: tile by tile, as "
+       "older datasets; cleap and sequential: the published algorithm, to be compared with",
        "auto, waves, exact, cleap or sequential",
        [](std::string_view text, Settings& settings) {
          std::vector<std::string> names{pipeline::kAutoStrategy};

@@ -100,22 +100,8 @@ TEST(LevelRange, OfCoarsePixelsHasRoomForExact) {
   };
   EXPECT_EQ(finest([](proto::BuildOptions&) {}), 2) << "a cell of level 0 is 78 km wide";
   EXPECT_LT(finest([](proto::BuildOptions& options) { options.set_strategy("waves"); }), 2);
-  EXPECT_LT(finest([](proto::BuildOptions& options) { options.add_keep(0.5); }), 2);
+  EXPECT_EQ(finest([](proto::BuildOptions& options) { options.add_keep(0.5); }), 2);
   EXPECT_EQ(finest([](proto::BuildOptions& options) { options.set_max_level(0); }), 0) << "who says a level has it";
-}
-
-/// Where the finest level is one of the first two, no coarsest level leaves room below it.
-TEST(Exact, WithoutTwoCoarserLevelsIsToldWhatGivesThem) {
-  const auto accepted = [](int finest_level, std::uint32_t min_level) {
-    proto::Plan plan = plan_with(finest_level, {0, 0, 100, 100});
-    plan.set_min_level(min_level);
-    const auto checked = check_exact(plan);
-    return checked.ok() ? "" : checked.problem().accepted.substr(0, checked.problem().accepted.find(','));
-  };
-  EXPECT_EQ(accepted(1, 0), "max_level 2 or finer");
-  EXPECT_EQ(accepted(1, 1), "max_level 3 or finer");
-  EXPECT_EQ(accepted(5, 4), "min_level 3 or less");
-  EXPECT_EQ(accepted(2, 0), "");
 }
 
 TEST(TouchedTiles, OfANodeAreNotLookedForInTheWholeLevel) {

@@ -12,7 +12,6 @@
 namespace cordillera::whole {
 namespace {
 
-using testing::HasSubstr;
 using testing::IsEmpty;
 
 /// Every level measured, and within its target.
@@ -55,6 +54,20 @@ TEST(ExactStrategy, blocks_that_meet_fit) {
   EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty());
   EXPECT_EQ(built.levels.at(10).size(), 4u);
   expect_promise(built);
+}
+
+// A block a tile, or four: nothing is made above them.
+TEST(ExactStrategy, few_levels_are_enough) {
+  const HeightOf ground = rough(8), gaps = rough(9);
+  const auto height = [=](int c, int r) { return c > 260 && gaps(3 * c, 3 * r) > 900 ? kNoData : ground(c, r); };
+  proto::BuildOptions options = exact(10);
+  for (const std::uint32_t coarsest : {13u, 12u}) {
+    options.set_min_level(coarsest);
+    const Built built = build_dem(points_of(kCorner, 700, 600, height), options);
+    EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty()) << coarsest;
+    EXPECT_GT(built.levels.at(13).size(), 4u);
+    expect_promise(built);
+  }
 }
 
 // Cells of two kilometres: between vertices the earth falls away by more than the error that is asked for.
@@ -100,27 +113,6 @@ TEST(ExactStrategy, bytes_do_not_depend_on_threads) {
   EXPECT_GT(one.size(), 10u);
   EXPECT_EQ(one, bytes(3));
   EXPECT_EQ(bytes(1, kSmallBlock), bytes(3, kSmallBlock));
-}
-
-TEST(ExactStrategy, what_it_cannot_do_is_said) {
-  Folder folder;
-  const std::atomic<bool> never = false;
-  const auto refusal = [&](const Dem& dem, const proto::BuildOptions& options) {
-    write(dem, folder.path("dem.tif"));
-    pipeline::BuildRequest request;
-    request.raster_path = folder.path("dem.tif");
-    request.raster_name = "dem.tif";
-    request.id = "test";
-    request.options = options;
-    request.store_path = folder.path("store");
-    const auto built = pipeline::build(request, nullptr, never);
-    return built.ok() ? std::string("built") : built.problem().type + ": " + built.problem().detail;
-  };
-  const auto flat = [](int, int) { return 100.0; };
-  proto::BuildOptions shares = plain_options();
-  shares.set_strategy("exact");
-  shares.add_keep(0.2);
-  EXPECT_THAT(refusal(points_of(kCorner, 40, 40, flat), shares), HasSubstr("options-conflict: strategy exact keeps an error"));
 }
 
 }  // namespace

@@ -151,6 +151,20 @@ BlockCurve curve_of(const proto::Plan& plan, const BlockPlace& place) {
   return curve;
 }
 
+gpu::exact::Block block_at(const proto::Plan& plan, const BlockPlace& place, const proto::Samples& samples,
+                           const BlockCurve& curve) {
+  gpu::exact::Block block;
+  block.samples = &samples;
+  block.west = place.west, block.south = place.south;
+  block.columns = static_cast<std::int32_t>(place.east - place.west + 1);
+  block.rows = static_cast<std::int32_t>(place.north - place.south + 1);
+  block.sides = place.sides;
+  block.curve = curve.rows;
+  block.curve_up = curve.up;
+  block.sample_m = sample_m(plan);
+  return block;
+}
+
 int most_rim_reach(const proto::Plan& plan) {
   return std::clamp(std::ilogb(static_cast<double>(narrow_side(plan)) / kRimShare), -1, gpu::exact::kMostRimReach);
 }
@@ -185,6 +199,14 @@ gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, int coarsest) {
     asked.rim_reach = levels.levels.empty() ? -1 : std::min(static_cast<int>(levels.levels.size()), most_reach);
     levels.levels.push_back(asked);
   }
+  return levels;
+}
+
+gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, int coarsest, const BlockPlace& place,
+                                      const proto::Samples& samples) {
+  gpu::exact::BlockPlan levels = levels_of_block(plan, coarsest);
+  const bool is_all = !has_levels_above(plan) && std::ranges::count(place.sides, SideKind::shared) == 0;
+  if (is_all) keep_narrow_data(places_of_data(samples), 0, levels);
   return levels;
 }
 

@@ -39,8 +39,15 @@ BlockCurve curve_of(const proto::Plan& plan, const BlockPlace& place);
 /// side, for small data keeps its outline.
 int most_rim_reach(const proto::Plan& plan);
 
+/// All that gpu/exact is told of a block. Borrows samples and curve.
+gpu::exact::Block block_at(const proto::Plan& plan, const BlockPlace& place, const proto::Samples& samples,
+                           const BlockCurve& curve);
+
 /// Levels finest .. coarsest, each with its target less what rounding of .glb points and other programs' trigonometry may add.
 gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, int coarsest);
+/// The same of a block with these samples: one that is all of the data keeps what is narrow.
+gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, int coarsest, const BlockPlace& place,
+                                      const proto::Samples& samples);
 /// Lets rims move less, but by 2^least samples, where otherwise less than half of the data would be left. all: of it; what is
 /// decided is a function of where it has data.
 void keep_narrow_data(const gpu::exact::Ground& all, int least, gpu::exact::BlockPlan& levels);
