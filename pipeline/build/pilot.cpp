@@ -10,20 +10,22 @@
 #include "pipeline/build/build.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/plan/plan_options.h"
+#include "pipeline/plan/sample_places.h"
 
 namespace cordillera::pipeline {
 namespace {
 
-/// Of a sample: its finest tiles, and how many levels above them its blocks' nodes are. A block of exact reaches as far up as it
-/// likes; where tiles are made one by one it ends at its node.
+/// A dataset of so few finest tiles is its own sample.
+constexpr std::size_t kWholeTiles = 24;
+/// Else blocks of the finest tiles below a node so many levels up, spread over the data. The search begins with the first few.
+/// One of exact is a tile that reaches as far up as it likes; where tiles are made one by one it ends at its node.
 struct SampleSize {
-  std::size_t tiles;
+  std::size_t blocks, first;
   int levels_up;
-  std::size_t blocks() const { return tiles >> 2 * levels_up; }
 };
-constexpr SampleSize kSample{kPilotTiles, 1}, kSampleOfTiles{64, 2};
-constexpr double kLeastTriangles = 500;  // in a block: with fewer its sides would count for too much
-constexpr int kMostPilotRuns = 8;
+constexpr SampleSize kSample{kPilotTiles, kPilotTiles / 4, 0}, kSampleOfTiles{4, 4, 2};
+constexpr double kLeastTriangles = 500;                  // in a block: with fewer its sides would count for too much
+constexpr int kMostRunsOfFirst = 7, kMostRunsOfAll = 4;  // one of which often is enough
 /// To the finest level's share, relative; each coarser level may be that much farther off than the one below it.
 constexpr double kClose = 0.01, kLessClose = 1.5;
 constexpr double kFewTriangles = 4;                  // are close, too
@@ -52,6 +54,7 @@ struct SearchedLevel {
   double close = 0;             ///< to that, relative
   double least = 0, most = 0;   ///< tolerances that there can be
   double target = 0;            ///< to be tried next
+  double power = 1;             ///< of the tolerance, that the odds have fallen by
   std::optional<Tried> last, too_many, too_few;
 
   /// Whether nothing better is to be had: rims and sides need what they need, and even ground has no more.
@@ -71,6 +74,7 @@ struct SearchedLevel {
     target = std::clamp(rounded(next), least, most);
   }
   void forget_bounds() { too_many.reset(), too_few.reset(); }
+  void forget_all_but_power() { forget_bounds(), last.reset(); }
 
  private:
   double odds(double triangles) const {
@@ -84,10 +88,10 @@ struct SearchedLevel {
     const double share = std::log(a.odds / odds(wanted)) / std::log(a.odds / b.odds);
     return a.target * std::pow(b.target / a.target, std::clamp(share, kLeastShare, 1 - kLeastShare));
   }
-  double beyond(const Tried& now) const {
-    double power = 1;
-    if (last && last->target != now.target) power = -std::log(now.odds / last->odds) / std::log(now.target / last->target);
-    const double step = std::pow(now.odds / odds(wanted), 1 / std::clamp(power, kLeastPower, kMostPower));
+  double beyond(const Tried& now) {
+    if (last && last->target != now.target)
+      power = std::clamp(-std::log(now.odds / last->odds) / std::log(now.target / last->target), kLeastPower, kMostPower);
+    const double step = std::pow(now.odds / odds(wanted), 1 / power);
     return now.target * std::clamp(step, 1 / kLongestStep, kLongestStep);
   }
 };
@@ -99,7 +103,7 @@ class Pilot {
 
   proto::Result<void> run() {
     if (const auto chosen = choose_blocks(); !chosen.ok()) return chosen;
-    if (grid_triangles_ > 0) {
+    if (!blocks_.empty()) {
       if (const auto searched = search(); !searched.ok()) return searched;
     }
     set_levels_above();
@@ -113,10 +117,10 @@ class Pilot {
   proto::Result<void> choose_blocks() {
     const int block_level = static_cast<int>(plan_.block_level());
     const SampleSize size = plan_.exact() ? kSample : kSampleOfTiles;
-    const bool whole = touched_tiles(plan_, finest_).size() <= size.tiles;
+    const bool whole = touched_tiles(plan_, finest_).size() <= kWholeTiles;
     top_ = whole ? block_level : std::max(block_level, finest_ - size.levels_up);
     const std::vector<proto::TileAddress> all = touched_tiles(plan_, top_);
-    const std::size_t wanted = whole ? all.size() : std::min(size.blocks(), all.size());
+    const std::size_t wanted = whole ? all.size() : std::min(size.blocks, all.size());
     builder_.use(sampled(), true);
     for (std::size_t k = 0; k < wanted; ++k) {
       for (std::size_t at = k * all.size() / wanted; at < (k + 1) * all.size() / wanted; ++at) {
@@ -125,18 +129,38 @@ class Pilot {
         if (stop_) return kCancelled;
         const double triangles = triangles_of_grid(*block);
         if (triangles == 0) continue;
-        blocks_.push_back(std::move(*block));
-        grid_triangles_ += triangles;
+        blocks_.push_back({std::move(*block), triangles});
         break;
       }
     }
+    order_by_golden_steps();
+    first_ = whole ? blocks_.size() : std::min(size.first, blocks_.size());
     sampled_ = plan_.exact() && !whole ? levels_with_triangles() : finest_ - top_ + 1;
     return {};
   }
 
+  /// So that the first ones are spread over the data, too.
+  void order_by_golden_steps() {
+    std::vector<SampleBlock> ordered;
+    std::vector<bool> taken(blocks_.size());
+    for (std::size_t k = 0; ordered.size() < blocks_.size(); ++k) {
+      const std::size_t at = spread_place(k, blocks_.size());
+      if (taken[at]) continue;
+      taken[at] = true;
+      ordered.push_back(std::move(blocks_[at]));
+    }
+    blocks_ = std::move(ordered);
+  }
+
+  double grid_triangles(std::size_t blocks) const {
+    double sum = 0;
+    for (std::size_t k = 0; k < blocks; ++k) sum += blocks_[k].grid_triangles;
+    return sum;
+  }
+
   /// In the mean of the blocks there are enough of them.
   int levels_with_triangles() const {
-    const double grid = grid_triangles_ / static_cast<double>(std::max<std::size_t>(blocks_.size(), 1));
+    const double grid = grid_triangles(blocks_.size()) / static_cast<double>(std::max<std::size_t>(blocks_.size(), 1));
     int levels = 1;
     while (levels < plan_.levels_size() && kept_share(plan_.options(), levels) * grid >= kLeastTriangles) ++levels;
     return levels;
@@ -167,43 +191,56 @@ class Pilot {
     for (int up = 0; up < sampled_; ++up) {
       SearchedLevel level;
       level.close = kClose * std::pow(kLessClose, up);
-      level.grid = grid_triangles_;
-      level.wanted = kept_share(plan_.options(), up) * grid_triangles_;
       level.least = std::ldexp(kLeastError_m, up), level.most = greatest_target_m(plan_, finest_ - up);
       level.target = std::clamp(plan_.levels(up).target(), level.least, level.most);
       levels.push_back(level);
     }
+    if (const auto done = search(levels, first_, kMostRunsOfFirst); !done.ok() || first_ == blocks_.size()) return done;
+    for (SearchedLevel& level : levels) level.forget_all_but_power();
+    return search(levels, blocks_.size(), kMostRunsOfAll);
+  }
+
+  /// With so many blocks. The plan has the best targets then, and so have levels.
+  proto::Result<void> search(std::vector<SearchedLevel>& levels, std::size_t blocks, int most_runs) {
+    const double grid = grid_triangles(blocks);
+    for (std::size_t up = 0; up < levels.size(); ++up)
+      levels[up].grid = grid, levels[up].wanted = kept_share(plan_.options(), static_cast<int>(up)) * grid;
     double least_off = INFINITY;
     proto::Plan best;
-    for (int run = 0; run < kMostPilotRuns && least_off > 0; ++run) {
+    for (int run = 0; run < most_runs && least_off > 0; ++run) {
       for (std::size_t up = 0; up < levels.size(); ++up) {
         if (up > 0) levels[up].target = std::clamp(levels[up].target, levels[up - 1].target, levels[up].most);
         set_target(static_cast<int>(up), levels[up].target);
       }
-      const auto triangles = count();
+      const auto triangles = count(blocks);
       if (!triangles.ok()) return triangles.problem();
       double off = 0;
       for (std::size_t up = 0; up < levels.size(); ++up) off += levels[up].off((*triangles)[up]);
       if (off < least_off) least_off = off, best = plan_;
-      bool moved = false;
-      for (std::size_t up = 0; up < levels.size(); ++up) {
-        const double before = levels[up].target;
-        if (moved) levels[up].forget_bounds();
-        levels[up].learn((*triangles)[up]);
-        const double step = levels[up].target / before;
-        moved = moved || step > kSameBelow || step < 1 / kSameBelow;
-      }
+      learn(*triangles, levels);
     }
     plan_ = std::move(best);
+    for (std::size_t up = 0; up < levels.size(); ++up) levels[up].target = plan_.levels(static_cast<int>(up)).target();
     return {};
   }
 
+  static void learn(const std::vector<double>& triangles, std::vector<SearchedLevel>& levels) {
+    bool moved = false;
+    for (std::size_t up = 0; up < levels.size(); ++up) {
+      const double before = levels[up].target;
+      if (moved) levels[up].forget_bounds();
+      levels[up].learn(triangles[up]);
+      const double step = levels[up].target / before;
+      moved = moved || step > kSameBelow || step < 1 / kSameBelow;
+    }
+  }
+
   /// Triangles of the sampled levels, from the finest up.
-  proto::Result<std::vector<double>> count() {
+  proto::Result<std::vector<double>> count(std::size_t blocks) {
     builder_.use(sampled(), true);
     std::vector<std::future<proto::Result<std::vector<double>>>> counts;
-    for (const Builder::SampleBlock& block : blocks_)
-      counts.push_back(std::async(std::launch::async, [&] { return builder_.count(block, sampled_); }));
+    for (std::size_t k = 0; k < blocks; ++k)
+      counts.push_back(std::async(std::launch::async, [this, k] { return builder_.count(blocks_[k].block, sampled_); }));
     std::vector<double> triangles(static_cast<std::size_t>(sampled_));
     std::optional<proto::Problem> problem;
     for (auto& count : counts) {
@@ -237,8 +274,12 @@ class Pilot {
   const int finest_;
   int top_ = 0;      ///< level of its blocks' nodes
   int sampled_ = 0;  ///< levels, from the finest up
-  std::vector<Builder::SampleBlock> blocks_;
-  double grid_triangles_ = 0;
+  struct SampleBlock {
+    Builder::SampleBlock block;
+    double grid_triangles = 0;
+  };
+  std::vector<SampleBlock> blocks_;
+  std::size_t first_ = 0;  ///< so many are searched before all
 };
 
 }  // namespace

@@ -13,8 +13,8 @@ namespace cordillera::pipeline {
 double kept_share(const proto::BuildOptions& options, int levels_up);
 
 /// What the search costs, for who estimates it: so many finest tiles are built so often.
-inline constexpr std::size_t kPilotTiles = 24;
-inline constexpr double kPilotRuns = 5;
+inline constexpr std::size_t kPilotTiles = 64;
+inline constexpr double kPilotRuns = 3;
 
 /// Sets the targets of all levels of plan (and what derives from them) by building a few blocks, spread over the data, again and
 /// again. The whole dataset is the sample when it is small. Deterministic: a function of source and plan alone. builder makes the
