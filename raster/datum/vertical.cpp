@@ -4,9 +4,11 @@
 #include <array>
 #include <filesystem>
 #include <iterator>
+#include <string_view>
 #include <vector>
 
 #include "proto/letters.h"
+#include "proto/parts.h"
 #include "proto/utf8.h"
 #include "raster/datum/vertical_crs.h"
 #include "raster/disk/geoid_folders.h"
@@ -128,6 +130,43 @@ proto::Result<std::optional<VerticalDatum>> of_source(const VerticalAsked& asked
   return std::optional(VerticalDatum{crs->name, "source", (*way)->grid, std::move((*way)->geoid)});
 }
 
+Problem missing_grid(const std::string& grid, Trust trust) {
+  const bool folders = trust == Trust::posted_file && grid.find_first_of("/\\") != grid.npos;
+  return {"geoid-not-found",
+          "the CRS names the geoid grid " + proto::shown_text(grid) + " for its heights, which is not " +
+              (folders ? "looked for: it is named with a folder" : "installed"),
+          "the grid in " + geoid_home(trust) + (folders ? ", under a name without a folder" : "") +
+              "; or vertical_datum=EGM96, to take the heights as if above EGM96",
+          "vertical_datum"};
+}
+
+/// By the grids that the CRS names: the first that covers the area, as PROJ does it. One marked with "@" may be missing, and
+/// "null" is no shift. Where there is none, the height system's own way, if its grid is at hand.
+proto::Result<VerticalDatum> of_named_grids(const VerticalAsked& asked, const Area& area, Trust trust) {
+  if (is_bound_elsewhere(asked.compound_wkt))
+    return Problem{"geoid-not-found",
+                   "the geoid grid " + proto::shown_text(asked.geoid_grids) +
+                       ", which the CRS names, has heights above another ellipsoid than that of WGS 84",
+                   kAcceptedDatums, "vertical_datum"};
+  Problem problem = missing_grid(asked.geoid_grids, trust);  // all of them may be allowed to be missing
+  using Found = std::optional<proto::Result<VerticalDatum>>;
+  Found found = proto::each_part(asked.geoid_grids, ',', [&](std::string_view part) -> Found {
+    const bool optional = part.starts_with('@');
+    const std::string grid(part.substr(optional ? 1 : 0));
+    if (grid == "null") return VerticalDatum{"ellipsoid", "source", "", nullptr};
+    const std::string path = grid_file(grid, trust);
+    if (path.empty() && optional) return std::nullopt;
+    if (path.empty()) return missing_grid(grid, trust);
+    auto geoid = open_geoid(path, area);
+    if (geoid) return VerticalDatum{fs::path(path).filename().string(), "source", "", std::move(*geoid)};
+    problem = geoid.problem();
+    return problem.type == "geoid-does-not-cover" ? std::nullopt : Found(problem);
+  });
+  if (found && (found->ok() || found->problem().type != "geoid-not-found")) return std::move(*found);
+  if (auto own = of_source(asked, area, trust); own && *own) return std::move(**own);
+  return found ? found->problem() : problem;
+}
+
 }  // namespace
 
 std::vector<fs::path> geoid_places() {
@@ -150,6 +189,7 @@ proto::Result<VerticalDatum> resolve_vertical(const VerticalAsked& asked, Trust 
   if (ellipsoid) return VerticalDatum{"ellipsoid", from, "", nullptr};
   if (const KnownDatum* datum = known(name)) return of_known(*datum, from, area, trust);
   if (!asked.requested.empty()) return of_request(asked, trust, area);
+  if (!asked.geoid_grids.empty()) return of_named_grids(asked, area, trust);
   auto declared = of_source(asked, area, trust);
   if (!declared) return declared.problem();
   if (*declared) return std::move(**declared);

@@ -33,13 +33,14 @@ std::optional<VerticalCrs> system_named(const std::string& requested, Trust trus
 struct VerticalAsked {
   std::string requested{};              ///< vertical_datum= of the request; overrules what the raster declares
   std::string declared{};               ///< by the CRS: a name of known_datum, or the height system's own
+  std::string geoid_grids{};            ///< that the CRS names for its heights: Crs::geoid_grids
   std::string compound_wkt{};           ///< the CRS that declares it
   std::string base_wkt{};               ///< the horizontal CRS
   std::optional<VerticalCrs> system{};  ///< system_named(requested)
 };
 
 /// What is declared and PROJ cannot take to the ellipsoid by any means counts as not declared. A grid that is only not installed
-/// is a problem.
+/// is a problem, as is one that the CRS names and that is not at hand.
 proto::Result<VerticalDatum> resolve_vertical(const VerticalAsked& asked, Trust trust, const Area& area);
 
 }  // namespace cordillera::raster

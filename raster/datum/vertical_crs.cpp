@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "proto/ellipsoid.h"
 #include "proto/letters.h"
 #include "proto/numbers.h"
 #include "proto/utf8.h"
@@ -218,6 +219,13 @@ std::string compound_of(const std::string& base_wkt, const std::string& vertical
   return wkt_of(compound);
 }
 
+/// The part of a compound CRS that says its heights; null: it is none.
+Object second_of(PJ_CONTEXT* context, const std::string& compound_wkt) {
+  const Object compound(proj_create(context, compound_wkt.c_str()));
+  if (!compound || proj_get_type(compound.get()) != PJ_TYPE_COMPOUND_CRS) return nullptr;
+  return Object(proj_crs_get_sub_crs(context, compound.get(), 1));
+}
+
 /// All ways from WGS 84 (three axes) to the base with the height system, the best first, whether their grids are installed or
 /// not.
 List operations(PJ_CONTEXT* context, const std::string& vertical, const std::string& base_wkt, const Area& area) {
@@ -295,9 +303,22 @@ std::vector<std::string> similar_height_systems(const std::string& text) {
 
 std::optional<VerticalCrs> vertical_part(const std::string& compound_wkt) {
   const ProjContext context = make_proj_context();
-  const Object compound(proj_create(context.get(), compound_wkt.c_str()));
-  if (!compound || proj_get_type(compound.get()) != PJ_TYPE_COMPOUND_CRS) return std::nullopt;
-  return described(context.get(), Object(proj_crs_get_sub_crs(context.get(), compound.get(), 1)).get());
+  const Object part = second_of(context.get(), compound_wkt);
+  if (!part || proj_get_type(part.get()) != PJ_TYPE_BOUND_CRS) return described(context.get(), part.get());
+  return described(context.get(), Object(proj_get_source_crs(context.get(), part.get())).get());
+}
+
+bool is_bound_elsewhere(const std::string& compound_wkt) {
+  constexpr double kSame_m = 1;  // of half an axis: that of GRS 80 is WGS 84's, to a tenth of a millimetre
+  const ProjContext context = make_proj_context();
+  const Object part = second_of(context.get(), compound_wkt);
+  if (!part || proj_get_type(part.get()) != PJ_TYPE_BOUND_CRS) return false;
+  const Object target(proj_get_target_crs(context.get(), part.get()));
+  const Object ellipsoid(target ? proj_get_ellipsoid(context.get(), target.get()) : nullptr);
+  double a_m = 0, b_m = 0;
+  if (!ellipsoid || proj_ellipsoid_get_parameters(context.get(), ellipsoid.get(), &a_m, &b_m, nullptr, nullptr) == 0)
+    return false;
+  return std::abs(a_m - proto::kSemiMajor_m) > kSame_m || std::abs(b_m - proto::kSemiMinor_m) > kSame_m;
 }
 
 proto::Result<std::optional<VerticalTransformation>> open_vertical_crs(const VerticalCrs& crs, const std::string& base_wkt,

@@ -38,8 +38,11 @@ std::optional<VerticalCrs> find_vertical_crs(const std::string& text);
 /// Of EPSG's height systems at most four whose names hold the letters of a text, the newest code first: what it may mean.
 std::vector<std::string> similar_height_systems(const std::string& text);
 
-/// The vertical part of a compound CRS, given as WKT. Nullopt when it has none.
+/// The vertical part of a compound CRS, given as WKT, without the grid that it may be bound to. Nullopt when it has none.
 std::optional<VerticalCrs> vertical_part(const std::string& compound_wkt);
+
+/// Whether the grid that the vertical part is bound to tells heights above another ellipsoid than that of WGS 84.
+bool is_bound_elsewhere(const std::string& compound_wkt);
 
 struct VerticalTransformation {
   std::unique_ptr<Geoid> geoid;  ///< heights of the system above the ellipsoid; not a number where the grid does not reach

@@ -3,11 +3,16 @@
 #include <cpl_minixml.h>
 #include <cpl_string.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <optional>
+#include <string_view>
+#include <utility>
 
 #include "proto/letters.h"
 #include "proto/numbers.h"
+#include "proto/parts.h"
 #include "proto/utf8.h"
 #include "raster/gdal/formats.h"
 #include "raster/gdal/gdal_scope.h"
@@ -21,19 +26,41 @@ using proto::Problem;
 constexpr const char* kAcceptedCrs =
     "a geographic or projected CRS that PROJ can take to WGS 84, e.g. EPSG:25832, a PROJ string or WKT";
 
-/// The name we give to a vertical CRS: one of ours when we know its geoid, else its own.
-std::string known_datum(const OGRSpatialReference& srs) {
+/// A vertical CRS that PROJ calls "unknown": a PROJ string has no name for it, nor has a GeoTIFF that was made of one.
+constexpr const char* kNameless = "a vertical datum without a name";
+
+/// The names of grids that PROJ writes as "@folder/a.gtx,b.gtx"; of one that was published for a datum of ours, that.
+std::string names_of_grids(std::string_view grids) {
+  static constexpr std::pair<std::string_view, const char*> kPublished[] = {
+      {"egm96_15.gtx", "EGM96"},   {"us_nga_egm96_15.tif", "EGM96"},   {"egm96-15.pgm", "EGM96"},
+      {"egm08_25.gtx", "EGM2008"}, {"us_nga_egm08_25.tif", "EGM2008"}, {"us_nga_egm84_30.tif", "EGM84"},
+      {"null", "ellipsoid"}};
+  std::string names;
+  proto::each_part(grids, ',', [&](std::string_view grid) {
+    const std::string file = std::filesystem::path(grid.substr(grid.starts_with('@') ? 1 : 0)).filename().string();
+    const auto* const found =
+        std::find_if(std::begin(kPublished), std::end(kPublished), [&](const auto& one) { return one.first == file; });
+    names += (names.empty() ? "" : ", ") + (found == std::end(kPublished) ? file : found->second);
+  });
+  return proto::shown_text(names);
+}
+
+/// The name we give to a vertical CRS: one of ours when we know its geoid, else the grids that it names, else its own.
+std::string known_datum(const OGRSpatialReference& srs, const std::string& grids) {
   const std::string own = text_of(srs.GetAttrValue("VERT_CS"));
   const std::string code = text_of(srs.GetAuthorityName("VERT_CS")) == "EPSG" ? text_of(srs.GetAuthorityCode("VERT_CS")) : "";
   if (code == "5773") return "EGM96";
   if (code == "3855") return "EGM2008";
   if (code == "5798") return "EGM84";
-  const std::string letters = proto::letters_and_digits(own + text_of(srs.GetAttrValue("VERT_DATUM")));
+  std::string datum = text_of(srs.GetAttrValue("VERT_DATUM"));
+  datum.resize(std::min(datum.size(), datum.find(" using geoidgrids=")));  // PROJ's own words: the file may be called as it likes
+  const std::string letters = proto::letters_and_digits(own + datum);
   if (letters.find("egm96") != std::string::npos) return "EGM96";
   if (letters.find("egm2008") != std::string::npos || letters.find("egm08") != std::string::npos) return "EGM2008";
   if (letters.find("egm84") != std::string::npos) return "EGM84";
+  if (!grids.empty()) return names_of_grids(grids);
   if (letters.find("ellipsoid") != std::string::npos) return "ellipsoid";
-  return proto::shown_text(own);
+  return own == "unknown" ? kNameless : proto::shown_text(own);
 }
 
 /// A unit by its length.
@@ -45,7 +72,8 @@ std::string metres_text(double metres) {
 
 void take_vertical_part(OGRSpatialReference& srs, Crs& crs) {
   if (srs.IsCompound()) {
-    crs.declared_datum = known_datum(srs);
+    crs.geoid_grids = text_of(srs.GetExtension("VERT_DATUM", "PROJ4_GRIDS"));
+    crs.declared_datum = known_datum(srs, crs.geoid_grids);
     crs.compound_wkt = wkt_of(srs);
     const char* unit = nullptr;
     crs.height_unit_m = srs.GetTargetLinearUnits("VERT_CS", &unit);
@@ -65,16 +93,20 @@ void take_vertical_part(OGRSpatialReference& srs, Crs& crs) {
   }
 }
 
-/// What the raster's own CRS leaves open about heights, the one asked for may say.
+/// What the raster's own CRS leaves open about heights, the one asked for may say. A GeoTIFF keeps no grid's name: what had one
+/// is nameless there, in its own unit.
 proto::Result<void> take_missing_vertical(const Dataset& dataset, const Crs& asked, Crs& crs) {
   if (asked.declared_datum.empty()) return {};
-  if (crs.declared_datum.empty()) {
+  const bool nameless = crs.declared_datum == kNameless;
+  if (crs.declared_datum.empty() || nameless) {
     crs.declared_datum = asked.declared_datum;
+    crs.geoid_grids = asked.geoid_grids;
     crs.compound_wkt = asked.compound_wkt;
+    crs.vertical_from = "request";
+    if (nameless) return {};
     crs.height_unit = asked.height_unit;
     crs.height_unit_m = asked.height_unit_m;
     crs.depth = asked.depth;
-    crs.vertical_from = "request";
   } else if (crs.declared_datum != asked.declared_datum) {
     return Problem{
         "crs-conflict",

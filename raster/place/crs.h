@@ -14,12 +14,13 @@ struct Crs {
   std::string horizontal_wkt;      ///< the same as text
   std::string label;               ///< as crs_label says it
   std::string from;                ///< "source" or "request"
-  std::string declared_datum;      ///< EGM96, EGM2008, EGM84, ellipsoid, another vertical CRS's name, or empty
-  std::string compound_wkt;        ///< the compound CRS that declares it; empty when none does
-  std::string vertical_from;       ///< who declared it: "source" or "request"
-  std::string height_unit;         ///< of the vertical axis; empty when none is declared
-  double height_unit_m = 0;        ///< its length, whatever its name; 0: not stated
-  bool depth = false;              ///< the vertical axis points down
+  std::string declared_datum;  ///< EGM96, EGM2008, EGM84, ellipsoid, names of geoid_grids, another vertical CRS's name, or empty
+  std::string geoid_grids;     ///< files that the CRS names for its heights, as PROJ writes them: "@a.gtx,b.gtx"; mostly empty
+  std::string compound_wkt;    ///< the compound CRS that declares it; empty when none does
+  std::string vertical_from;   ///< who declared it: "source" or "request"
+  std::string height_unit;     ///< of the vertical axis; empty when none is declared
+  double height_unit_m = 0;    ///< its length, whatever its name; 0: not stated
+  bool depth = false;          ///< the vertical axis points down
 };
 
 /// The raster's own CRS, else the one that the request names; what the raster does not say about heights, the request's CRS may.

@@ -256,8 +256,9 @@ proto::Result<std::unique_ptr<Source>> open_checked(const std::string& path, con
                    parts.dataset.name + (parts.dataset.covered != nullptr ? " is a VRT of rasters that lie beside it"
                                                                           : " is a sparse file without a single stored block"),
                    "a raster with some data", ""};
-  auto datum = resolve_vertical({options.vertical_datum(), crs->declared_datum, crs->compound_wkt, crs->horizontal_wkt, system},
-                                trust, f->tight);
+  auto datum = resolve_vertical(
+      {options.vertical_datum(), crs->declared_datum, crs->geoid_grids, crs->compound_wkt, crs->horizontal_wkt, system}, trust,
+      f->tight);
   if (!datum) return datum.problem();
   parts.datum = std::move(*datum);
   if (parts.datum.from == "source") parts.datum.from = crs->vertical_from;
