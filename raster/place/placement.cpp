@@ -32,6 +32,14 @@ double nearest_turn(double x, double centre, double turn) {
   return turns == 0 ? x : x - turns * turn;
 }
 
+/// How many of so many numbers, each a step after the one before, are above a limit.
+int above(double limit, double first, double step, int count) {
+  if (step == 0) return first > limit ? count : 0;
+  const double before = (limit - first) / step;
+  return step > 0 ? count - static_cast<int>(std::clamp(std::floor(before) + 1, 0.0, double(count)))
+                  : static_cast<int>(std::clamp(std::ceil(before), 0.0, double(count)));
+}
+
 }  // namespace
 
 proto::Result<void> check_placed(const Dataset& dataset) {
@@ -63,6 +71,7 @@ proto::Result<Placement> Placement::make(const Dataset& dataset, const Crs& crs)
   placement.find_period(crs);
   placement.plate_ = placement.is_plate(crs);
   placement.same_px_ = placement.same_place_px(crs);
+  placement.beyond_poles_px_ = placement.count_beyond_poles(crs);
   if (auto done = placement.compare_with_area_of_use(dataset, crs); !done.ok()) return done.problem();
   return placement;
 }
@@ -110,6 +119,22 @@ proto::Result<void> Placement::check_degrees(const Dataset& dataset, const Crs& 
                      "a raster whose CRS fits its coordinates", crs.from == "request" ? "crs" : ""};
   }
   return {};
+}
+
+std::int64_t Placement::count_beyond_poles(const Crs& crs) const {
+  if (!crs.horizontal.IsGeographic()) return 0;
+  const double limit = 90 / degrees_per_unit(crs) + kRounded_px * (std::abs(forward_[4]) + std::abs(forward_[5]));
+  std::int64_t count = 0;
+  for (int row = 0; row < rows_; ++row) {
+    const double first = forward_[3] + 0.5 * forward_[4] + (row + 0.5) * forward_[5];
+    count += above(limit, first, forward_[4], columns_) + above(limit, -first, -forward_[4], columns_);
+  }
+  return count;
+}
+
+std::int64_t Placement::pixels_beyond_turn() const {
+  if (turn_px_ == 0 || !(columns_ > turn_px_ + 1 + kRounded_px)) return 0;
+  return static_cast<std::int64_t>(columns_ - std::floor(turn_px_)) * rows_;
 }
 
 bool Placement::transform_to(const Crs& crs, Way way) {

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -34,6 +35,10 @@ class Placement {
   bool ignores_datum() const { return way_ == Way::ballpark && beyond_.empty(); }
   /// What is to be said of a raster that lies outside the area of use of its CRS; mostly empty.
   const std::string& beyond_area_of_use() const { return beyond_; }
+  /// Pixels whose centres lie beyond a pole, more than what is rounded.
+  std::int64_t pixels_beyond_poles() const { return beyond_poles_px_; }
+  /// Pixels of columns after a full turn. One column may repeat the first, and does not count then.
+  std::int64_t pixels_beyond_turn() const;
 
   /// Columns around the earth when the raster closes, else 0.
   int period_px() const { return period_px_; }
@@ -61,6 +66,7 @@ class Placement {
   proto::Result<void> compare_with_area_of_use(const Dataset& dataset, const Crs& crs);
   void find_period(const Crs& crs);
   bool is_plate(const Crs& crs) const;
+  std::int64_t count_beyond_poles(const Crs& crs) const;
   double same_place_px(const Crs& crs) const;
   void image_to_map(double* x, double* y, std::size_t count) const;
   void map_to_image(double* x, double* y, std::size_t count) const;
@@ -75,6 +81,7 @@ class Placement {
   bool knows_a_way_ = false;  ///< from the datum, if perhaps not here
   Way way_ = Way::here;
   std::string beyond_;
+  std::int64_t beyond_poles_px_ = 0;
   double same_px_ = 0;
   std::unique_ptr<OGRCoordinateTransformation> to_map_, to_wgs84_;
 };

@@ -156,10 +156,24 @@ std::string horizontal_datum(const Crs& crs) {
   return proto::shown_text(words);
 }
 
+/// No place on the earth is theirs, and GDAL's programs leave them out, too, without a word.
+void note_beyond_the_earth(const SourceParts& parts, proto::Source& s) {
+  const Dataset& d = parts.dataset;
+  if (d.pixels != nullptr) return;  // so few are read in place of all
+  const auto note = [&](std::int64_t count, const std::string& where) {
+    if (count > 0)
+      s.add_notes(std::to_string(count) + " of " + std::to_string(std::int64_t{d.columns} * d.rows) + " pixels of " +
+                  proto::as_utf8(d.name) + " lie " + where + ", and are left out: is it placed right?");
+  };
+  note(parts.placement->pixels_beyond_poles(), "beyond a pole");
+  note(parts.placement->pixels_beyond_turn(), "in columns beyond 360 degrees, where others are");
+}
+
 /// What a user should know of how the raster is read.
 void add_notes(const SourceParts& parts, const Crs& crs, const HeightUnit& unit, bool z_scale_given, proto::Source& s) {
   const Dataset& d = parts.dataset;
   if (const std::string& beyond = parts.placement->beyond_area_of_use(); !beyond.empty()) s.add_notes(proto::as_utf8(beyond));
+  note_beyond_the_earth(parts, s);
   if (std::string feet = z_scale_given ? "" : note_on_feet(d, crs); !feet.empty()) s.add_notes(std::move(feet));
   if (std::string units = z_scale_given ? "" : note_on_units(d, crs, unit); !units.empty()) s.add_notes(std::move(units));
   const bool bytes = d.band->GetRasterDataType() == GDT_Byte && !d.signed_byte;

@@ -208,6 +208,29 @@ TEST_F(Crs, RowsPastThePoleAreCutOff) {
   const proto::Lattice l = lattice(1);
   EXPECT_EQ(source->window(l).north, l.rows());
   for (std::int64_t i = 0; i < l.columns(); i += 7) { ASSERT_NEAR(height_m(*source, l, i, l.rows() - 2), 100, 0.01); }
+  ASSERT_EQ(source->description().notes_size(), 1);
+  EXPECT_EQ(source->description().notes(0),
+            "2880 of 14400 pixels of dem.tif lie beyond a pole, and are left out: is it placed right?");
+}
+
+/// Half a pixel beyond a pole, or one column twice, is how grids of points are written.
+TEST_F(Crs, PixelsThatLieNowhereAreTold) {
+  const auto notes = [this](const Spec& spec) {
+    const auto source = must_open(write(spec));
+    return std::vector<std::string>(source->description().notes().begin(), source->description().notes().end());
+  };
+  Spec world;
+  world.columns = 361, world.rows = 181, world.point = true, world.geotransform = {-180.5, 1, 0, 90.5, 0, -1};
+  EXPECT_EQ(notes(world), std::vector<std::string>());
+  world.columns = 370;
+  EXPECT_EQ(notes(world), std::vector<std::string>{"1810 of 66970 pixels of dem.tif lie in columns beyond 360 degrees, where "
+                                                   "others are, and are left out: is it placed right?"});
+  world.columns = 550, world.geotransform[1] = 0.7;  // no whole number of them is a turn
+  EXPECT_EQ(notes(world).size(), 1u);
+  Spec aslant;
+  aslant.columns = aslant.rows = 10, aslant.geotransform = {10, 0.1, 0, 90, 0.1, -0.1};
+  EXPECT_EQ(notes(aslant),
+            std::vector<std::string>{"45 of 100 pixels of dem.tif lie beyond a pole, and are left out: is it placed right?"});
 }
 
 TEST_F(Crs, TheRequestMaySayWhatTheSourceDoesNotSayAboutHeights) {
