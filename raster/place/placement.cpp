@@ -40,6 +40,14 @@ int above(double limit, double first, double step, int count) {
                   : static_cast<int>(std::clamp(std::ceil(before), 0.0, double(count)));
 }
 
+/// Whether the CRS itself says how its datum is taken to WGS 84 (+towgs84=, +nadgrids=). PROJ does so, and calls the whole way
+/// ballpark all the same where the prime meridian is another than Greenwich.
+bool says_its_way(const OGRSpatialReference& srs) {
+  std::array<double, 7> shift{};
+  return srs.GetTOWGS84(shift.data(), static_cast<int>(shift.size())) == OGRERR_NONE ||
+         srs.GetExtension("DATUM", "PROJ4_GRIDS") != nullptr;
+}
+
 }  // namespace
 
 proto::Result<void> check_placed(const Dataset& dataset) {
@@ -159,6 +167,7 @@ bool Placement::transform_to(const Crs& crs, Way way) {
     to_map_ = best_around(x[k], y[k], crs.horizontal, ballpark);
   }
   if (!to_map_) return false;
+  ignores_datum_ = way == Way::ballpark && !says_its_way(crs.horizontal);
   to_wgs84_.reset(to_map_->GetInverse());
   double back_x = x[k], back_y = y[k];
   apply(*to_map_, &back_x, &back_y, 1);

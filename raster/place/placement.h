@@ -32,7 +32,7 @@ class Placement {
   void to_degrees_on_map(double* x, double* y, std::size_t count) const;
 
   /// PROJ knows no way from the CRS's datum to WGS 84, and takes it for that.
-  bool ignores_datum() const { return way_ == Way::ballpark && beyond_.empty(); }
+  bool ignores_datum() const { return ignores_datum_ && beyond_.empty(); }
   /// What is to be said of a raster that lies outside the area of use of its CRS; mostly empty.
   const std::string& beyond_area_of_use() const { return beyond_; }
   /// Pixels whose centres lie beyond a pole, more than what is rounded.
@@ -79,6 +79,7 @@ class Placement {
   double turn_px_ = 0;
   bool plate_ = false;
   bool knows_a_way_ = false;  ///< from the datum, if perhaps not here
+  bool ignores_datum_ = false;
   Way way_ = Way::here;
   std::string beyond_;
   std::int64_t beyond_poles_px_ = 0;

@@ -128,6 +128,23 @@ TEST_F(Crs, NamesItsDatumAndSaysWhetherProjKnowsAWayFromIt) {
   EXPECT_TRUE(described("+proj=utm +zone=32 +ellps=bessel +units=m +no_defs").datum_ignored());
 }
 
+/// PROJ calls the way over another prime meridian ballpark, and applies the shift.
+TEST_F(Crs, AShiftThatTheCrsSaysIsNotIgnored) {
+  Spec spec;
+  spec.geotransform = {31, 0.01, 0, 48, 0, -0.01}, spec.crs = "";
+  const std::string file = write(spec);
+  const auto described = [&](const std::string& shift) {
+    proto::BuildOptions options;
+    options.set_crs("+proj=longlat +ellps=bessel +pm=ferro" + shift);
+    return must_open(file, options)->description();
+  };
+  const proto::Source shifted = described(" +towgs84=682,-203,480,0,0,0,0");
+  EXPECT_FALSE(shifted.datum_ignored());
+  EXPECT_NEAR(shifted.bbox(0), 13.328579, 1e-5) << "13.333333 without the shift";
+  EXPECT_FALSE(described(" +nadgrids=@null").datum_ignored());
+  EXPECT_TRUE(described("").datum_ignored());
+}
+
 TEST_F(Crs, OverTheAntimeridian) {
   for (const double west : {175.0, -185.0}) {
     Spec spec;
