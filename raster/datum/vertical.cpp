@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <filesystem>
 #include <iterator>
 #include <string_view>
@@ -98,6 +99,15 @@ Problem unknown_datum(const std::string& name) {
           kAcceptedDatums, "vertical_datum"};
 }
 
+/// Who takes another datum than the system asked for loses what it says of the raster's values.
+Problem with_z_scale(Problem problem, double z_scale) {
+  if (z_scale == 1) return problem;
+  char text[96];
+  std::snprintf(text, sizeof text, "; with EGM96 z_scale=%.10g, too, as it says nothing of their unit and direction", z_scale);
+  problem.accepted += text;
+  return problem;
+}
+
 proto::Result<VerticalDatum> of_request(const VerticalAsked& asked, Trust trust, const Area& area) {
   const std::string& name = asked.requested;
   if (const std::string path = grid_file(name, trust); !path.empty()) {
@@ -110,13 +120,15 @@ proto::Result<VerticalDatum> of_request(const VerticalAsked& asked, Trust trust,
   if (const KnownDatum* datum = known(is_mean_sea_level(*crs) ? kDefaultDatum : crs->name))
     return of_known(*datum, "request", area, trust);
   auto way = open_vertical_crs(*crs, asked.base_wkt, area, trust);
-  if (!way) return way.problem();
+  if (!way) return with_z_scale(way.problem(), asked.system_z_scale);
   if (!*way)
-    return Problem{"geoid-not-found",
-                   "PROJ knows no way from " + proto::shown_text(crs->name) +
-                       " to the ellipsoid where the raster lies: it is of another place, or has no grid",
-                   "EGM96, EGM2008, EGM84, ellipsoid, the height system of the place, or the name of a geoid grid that covers it",
-                   "vertical_datum"};
+    return with_z_scale(
+        {"geoid-not-found",
+         "PROJ knows no way from " + proto::shown_text(crs->name) +
+             " to the ellipsoid where the raster lies: it is of another place, or has no grid",
+         "EGM96, EGM2008, EGM84, ellipsoid, the height system of the place, or the name of a geoid grid that covers it",
+         "vertical_datum"},
+        asked.system_z_scale);
   return VerticalDatum{crs->name, "request", (*way)->grid, std::move((*way)->geoid)};
 }
 

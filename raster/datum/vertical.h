@@ -37,6 +37,7 @@ struct VerticalAsked {
   std::string compound_wkt{};           ///< the CRS that declares it
   std::string base_wkt{};               ///< the horizontal CRS
   std::optional<VerticalCrs> system{};  ///< system_named(requested)
+  double system_z_scale = 1;            ///< z_scale= that says the unit and direction, too, which the raster has from it
 };
 
 /// What is declared and PROJ cannot take to the ellipsoid by any means counts as not declared. A grid that is only not installed

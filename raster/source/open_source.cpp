@@ -20,13 +20,18 @@ using proto::Problem;
 /// Below this, pixels of a planet are a mistake in the georeference (degrees taken for metres).
 constexpr double kSmallestPixel_m = 1e-3;
 
-/// A raster that says nothing of its heights has those of the system asked for, also in their unit and direction.
-void take_axis_of(const VerticalCrs& asked, Crs& crs) {
-  if (!crs.declared_datum.empty()) return;
+/// A raster that says nothing of its heights has those of the system asked for, also in their unit and direction. Returns the
+/// z_scale= that would say the same: the band's unit counts more.
+double take_axis_of(const VerticalCrs& asked, const Dataset& dataset, Crs& crs) {
+  if (!crs.declared_datum.empty()) return 1;
   const HeightAxis axis = axis_of(asked);
+  const bool unit_of_band = dataset.band->GetUnitType()[0] != '\0';
+  const double metres = unit_of_band || !(axis.unit_m > 0) ? 1 : axis.unit_m;
+  const double z_scale = axis.depth && !crs.depth ? -metres : metres;
   crs.height_unit = axis.unit;
   crs.height_unit_m = axis.unit_m;
   crs.depth = crs.depth || axis.depth;
+  return z_scale;
 }
 
 proto::Result<HeightUnit> unit_of(const Dataset& dataset, const Crs& crs, bool z_scale_given) {
@@ -248,7 +253,7 @@ proto::Result<std::unique_ptr<Source>> open_checked(const std::string& path, con
     if (auto thinned = put_decimation(parts.dataset, pixels); !thinned.ok()) return thinned.problem();
   }
   const auto system = system_named(options.vertical_datum(), trust);
-  if (system) take_axis_of(*system, *crs);
+  const double system_z_scale = system ? take_axis_of(*system, parts.dataset, *crs) * parts.options.z_scale : 1;
   auto unit = unit_of(parts.dataset, *crs, options.has_z_scale());
   if (!unit) return unit.problem();
   auto rule = height_rule(parts.dataset, *crs, *unit, parts.options);
@@ -270,9 +275,14 @@ proto::Result<std::unique_ptr<Source>> open_checked(const std::string& path, con
                    parts.dataset.name + (parts.dataset.covered != nullptr ? " is a VRT of rasters that lie beside it"
                                                                           : " is a sparse file without a single stored block"),
                    "a raster with some data", ""};
-  auto datum = resolve_vertical(
-      {options.vertical_datum(), crs->declared_datum, crs->geoid_grids, crs->compound_wkt, crs->horizontal_wkt, system}, trust,
-      f->tight);
+  const VerticalAsked asked{options.vertical_datum(),
+                            crs->declared_datum,
+                            crs->geoid_grids,
+                            crs->compound_wkt,
+                            crs->horizontal_wkt,
+                            system,
+                            system_z_scale};
+  auto datum = resolve_vertical(asked, trust, f->tight);
   if (!datum) return datum.problem();
   parts.datum = std::move(*datum);
   if (parts.datum.from == "source") parts.datum.from = crs->vertical_from;

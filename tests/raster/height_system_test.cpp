@@ -133,6 +133,28 @@ TEST_F(HeightSystem, WithoutItsGridIsRefusedByName) {
               ::testing::AllOf(::testing::HasSubstr(path("grids")), ::testing::HasSubstr("vertical_datum=EGM96")));
 }
 
+/// EGM96 in place of the system asked for says nothing of feet and depths: the advice must say it.
+TEST_F(HeightSystem, WithoutItsGridTellsTheUnitThatIsLostWithIt) {
+  const auto advice = [&](const std::string& datum, const Spec& dem, double z_scale = 1) {
+    proto::BuildOptions options;
+    options.set_vertical_datum(datum);
+    if (z_scale != 1) options.set_z_scale(z_scale);
+    const auto refused = open(write(dem), options);
+    return refused.ok() ? "" : refused.problem().accepted;
+  };
+  Spec dem = colorado("EPSG:6318");
+  EXPECT_THAT(advice("EPSG:6360", dem), ::testing::HasSubstr("with EGM96 z_scale=0.3048006096, too"));
+  EXPECT_THAT(advice("EPSG:6358", dem), ::testing::HasSubstr("with EGM96 z_scale=-0.3048006096, too"));
+  EXPECT_THAT(advice("EPSG:6360", dem, 2), ::testing::HasSubstr("with EGM96 z_scale=0.6096012192, too"));
+  EXPECT_THAT(advice("EPSG:5703", dem), ::testing::Not(::testing::HasSubstr("z_scale")));
+  EXPECT_THAT(advice("EPSG:6360", colorado("EPSG:6318+6360")), ::testing::Not(::testing::HasSubstr("z_scale")))
+      << "the raster says its unit itself";
+  dem.unit = "m";
+  EXPECT_THAT(advice("EPSG:6360", dem), ::testing::Not(::testing::HasSubstr("z_scale")));
+  EXPECT_THAT(advice("EPSG:6357", dem), ::testing::HasSubstr("with EGM96 z_scale=-1, too"));
+  EXPECT_THAT(advice("EPSG:6360", Spec()), ::testing::HasSubstr("with EGM96 z_scale=0.3048006096, too")) << "of another place";
+}
+
 /// The operator's folders are nobody's business who posts.
 TEST_F(HeightSystem, WithoutItsGridTellsWhoPostedOfNoFolder) {
   const auto refused = open(write(colorado("EPSG:6318+5703")), {}, raster::Trust::posted_file, "dem.tif");
