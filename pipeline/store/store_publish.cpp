@@ -187,6 +187,22 @@ void note_pixels(const PixelErrorSum& pixels, double target_m, proto::Manifest& 
   manifest.add_notes(text);
 }
 
+/// Rims may move by a cell, and data of a few cells may be gone. shown_share is a share of what the finest level shows, and does
+/// not tell.
+void note_uncovered(const proto::ErrorAtPixels& errors, int finest_level, proto::Manifest& manifest) {
+  constexpr double kMost = 0.5;
+  const double all = errors.pixels() + errors.uncovered();
+  if (!(errors.uncovered() > kMost * all)) return;
+  char text[200];
+  std::snprintf(
+      text, sizeof text,
+      "%.0f of %.0f pixels with data are under no triangle of the finest level, where rims may move by one of its cells",
+      errors.uncovered(), all);
+  const std::string finer =
+      finest_level < proto::kMaxLevel ? "; max_level=" + std::to_string(finest_level + 1) + " keeps more of them" : std::string();
+  manifest.add_notes(text + finer);
+}
+
 /// The raster's words and what was used in their place. Of several rasters each pair once.
 void note_datum(const proto::Source& source, proto::Manifest& manifest) {
   const std::string &declared = source.vertical_datum_declared(), &used = source.vertical_datum();
@@ -272,6 +288,7 @@ void summarise(Database& database, const proto::Plan& plan, proto::Manifest& man
   if (!manifest.provisional()) set_shown_shares(shown, manifest);
   if (std::string note = note_on_sparse_levels(manifest); first && !note.empty()) manifest.add_notes(std::move(note));
   if (!sharper && !pixels.empty()) *manifest.mutable_source()->mutable_error_at_pixels() = pixels.total();
+  if (first && !manifest.provisional()) note_uncovered(pixels.total(), plan.finest_level(), manifest);
   // Of provisional tiles no error is stated.
   if (first && !manifest.provisional() && !pixels.empty() && plan.options().keep_size() == 0)
     note_pixels(pixels, plan.levels(0).target(), manifest);

@@ -87,6 +87,32 @@ TEST(Store, HowMuchOfTheDataWasFilledIsNoted) {
   EXPECT_EQ(notes(1), Notes{"Less than 0.01 % of the data were voids and are filled; voids=hole keeps them"});
 }
 
+TEST(Store, DataThatTheFinestLevelDoesNotShowIsNoted) {
+  const TemporaryFolder folder;
+  std::uint32_t tiles = 0;
+  const auto notes = [&](std::uint32_t uncovered) {
+    auto work = tasks();
+    tiles = 0;
+    for (FinishedTask& task : work) {
+      if (task.node.z != 6) continue;
+      for (EncodedTile& tile : task.tiles) {
+        tile.record.mutable_pixels()->set_pixels(100 - uncovered);
+        tile.record.mutable_pixels()->set_uncovered(uncovered);
+        ++tiles;
+      }
+    }
+    const proto::Manifest manifest = write_store(folder / (std::to_string(uncovered) + ".db"), work);
+    return std::vector<std::string>(manifest.notes().begin(), manifest.notes().end());
+  };
+  using Notes = std::vector<std::string>;
+  EXPECT_EQ(notes(0), Notes{});
+  EXPECT_EQ(notes(50), Notes{});
+  const Notes most = notes(75);
+  EXPECT_EQ(most, Notes{std::to_string(75 * tiles) + " of " + std::to_string(100 * tiles) +
+                        " pixels with data are under no triangle of the finest level, where rims may move by one of its cells; "
+                        "max_level=7 keeps more of them"});
+}
+
 TEST(Store, AnotherDatumThanTheRasterDeclaresIsNotedOnce) {
   const TemporaryFolder folder;
   const auto published = [&](const proto::Manifest& blank) {
