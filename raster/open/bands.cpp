@@ -66,6 +66,12 @@ std::string name_of(GDALRasterBand& band) {
   return variable != nullptr ? variable : band.GetDescription();
 }
 
+bool has_band(GDALDataset& dataset, const std::string& asked) {
+  for (int k = 1; k <= dataset.GetRasterCount(); ++k)
+    if (proto::same_letters(name_of(*dataset.GetRasterBand(k)), asked)) return true;
+  return false;
+}
+
 /// The only band whose name is as wanted; 0: there is none, or more than one.
 int only_band(GDALDataset& dataset, const std::function<bool(const std::string&)>& wanted) {
   int found = 0;
@@ -77,12 +83,11 @@ int only_band(GDALDataset& dataset, const std::function<bool(const std::string&)
   return found;
 }
 
-/// 0: there is no such band.
+/// 0: there is no such band, or more than one of that name, as those of a NetCDF variable with a time are.
 int number_of(GDALDataset& dataset, const std::string& asked) {
   const int bands = dataset.GetRasterCount();
   if (const auto number = proto::number<int>(asked)) return *number >= 1 && *number <= bands ? *number : 0;
-  for (int k = 1; k <= bands; ++k)
-    if (name_of(*dataset.GetRasterBand(k)) == asked) return k;
+  if (const int exact = only_band(dataset, [&](const std::string& name) { return name == asked; })) return exact;
   return only_band(dataset, [&](const std::string& name) { return proto::same_letters(name, asked); });
 }
 
@@ -131,19 +136,22 @@ Problem no_such_band(const Dataset& dataset, const std::string& asked) {
   constexpr int kNamed = 10;
   const int bands = dataset.handle->GetRasterCount();
   std::vector<std::string> names;
-  bool named = false;
+  bool named = false, tells = false;  // names, and one that one band alone has
   for (int k = 1; k <= std::min(bands, kNamed); ++k) {
     const std::string name = name_of(*dataset.handle->GetRasterBand(k));
     named |= !name.empty();
+    tells |= !name.empty() && only_band(*dataset.handle, [&](const std::string& other) { return other == name; }) != 0;
     names.push_back(std::to_string(k) + (name.empty() ? "" : " " + name));
   }
   const std::string has = dataset.name + " has " + std::to_string(bands) + (bands == 1 ? " band" : " bands") +
                           (named ? " (" + listed(names) + ")" : "");
   const std::string which =
-      bands == 1 ? "band=1" : "band= with a number from 1 to " + std::to_string(bands) + (named ? ", or a band's name" : "");
-  return {"raster-bands",
-          has + (asked.empty() ? "; an elevation model has one" : ", and none of them is " + proto::shown_text(asked)), which,
-          "band"};
+      bands == 1 ? "band=1" : "band= with a number from 1 to " + std::to_string(bands) + (tells ? ", or a band's name" : "");
+  const bool several = has_band(*dataset.handle, asked);
+  const std::string why =
+      asked.empty() ? "; an elevation model has one"
+                    : (several ? ", and more than one is called " : ", and none of them is ") + proto::shown_text(asked);
+  return {"raster-bands", has + why, which, "band"};
 }
 
 }  // namespace

@@ -79,6 +79,25 @@ TEST_F(Band, ByNumberOrName) {
   EXPECT_EQ(several.problem().parameter, "band");
 }
 
+/// As of a NetCDF variable with a time.
+TEST_F(Band, OfOneNameAreToldApartByNumbers) {
+  const std::string file = bands("GTiff", "times.tif", {"elevation", "elevation", "elevation"});
+  const auto refused = raster::open_dataset(file, "", Trust::posted_file, "elevation");
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.problem().detail,
+            "times.tif has 3 bands (1 elevation, 2 elevation, 3 elevation), and more than one is called elevation");
+  EXPECT_EQ(refused.problem().accepted, "band= with a number from 1 to 3");
+  EXPECT_EQ(height(file, "2"), "102");
+  EXPECT_EQ(raster::open_dataset(file, "", Trust::posted_file, "").problem().accepted, "band= with a number from 1 to 3");
+  EXPECT_EQ(raster::open_dataset(file, "", Trust::posted_file, "dtm").problem().detail,
+            "times.tif has 3 bands (1 elevation, 2 elevation, 3 elevation), and none of them is dtm");
+  const std::string some = bands("GTiff", "some.tif", {"elevation", "Elevation", "slope"});
+  EXPECT_EQ(height(some, "elevation"), "101") << "written as that band is";
+  EXPECT_EQ(height(some, "ELEVATION"), "raster-bands");
+  EXPECT_EQ(raster::open_dataset(some, "", Trust::posted_file, "").problem().accepted,
+            "band= with a number from 1 to 3, or a band's name");
+}
+
 TEST_F(Band, APictureIsToldSo) {
   Spec spec;
   spec.bands = 3, spec.type = "Byte", spec.create = {"PHOTOMETRIC=RGB"};
