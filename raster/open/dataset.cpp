@@ -282,8 +282,29 @@ static std::string remote_file_in(const std::string& heard) {
   return heard.substr(at, heard.find(at == 0 ? ", band " : "'", at) - at);
 }
 
+/// Of a VRT whose pixels a function makes, and GDAL did not run it: nothing is damaged. Of some that fail GDAL says no word.
+static std::optional<proto::Problem> told_of_function(const Dataset& dataset, const std::string& heard, const std::string& said) {
+  if (dataset.driver != "VRT") return std::nullopt;
+  if (heard.starts_with("Python code needs to be executed"))
+    return proto::Problem{
+        "raster-unreadable",
+        dataset.name + " makes its pixels by a function in Python, which GDAL does not run unless it is told to trust it",
+        "a copy of it, which this makes if you trust the code: GDAL_VRT_ENABLE_PYTHON=YES " +
+            copying_line("gdal_translate", dataset.name),
+        ""};
+  const char* const* const xml = dataset.handle->GetMetadata("xml:VRT");
+  const bool makes = heard.empty() && xml != nullptr && *xml != nullptr &&
+                     std::string_view(*xml).find("PixelFunctionType") != std::string_view::npos;
+  if (!makes && heard.find("pixel function '") == heard.npos) return std::nullopt;
+  return proto::Problem{
+      "raster-unreadable",
+      dataset.name + " makes its pixels by a function, which GDAL could not run" + (said.empty() ? "" : " (" + said + ")"),
+      "a pixel function that GDAL has here, with as many sources as it takes", ""};
+}
+
 proto::Problem unreadable_pixels(const Dataset& dataset, const GdalScope& scope) {
   const std::string heard = CPLGetLastErrorMsg(), said = scope.message(dataset.path, dataset.name);
+  if (auto why = told_of_function(dataset, heard, said)) return *why;
   const std::string part = dataset.trust == Trust::operator_file ? remote_file_in(heard) : "";
   const bool fetched = is_remote(dataset.path) || !part.empty();
   if (fetched) {
@@ -293,8 +314,8 @@ proto::Problem unreadable_pixels(const Dataset& dataset, const GdalScope& scope)
     if (auto why = told_of_network(dataset.name, heard)) return *why;
   }
   return {"raster-unreadable",
-          dataset.name + " is damaged" + (fetched ? ", or its server failed for a moment" : "") +
-              ": its pixels cannot be read (" + said + ")",
+          dataset.name + " is damaged" + (fetched ? ", or its server failed for a moment" : "") + ": its pixels cannot be read" +
+              (said.empty() ? "" : " (" + said + ")"),
           fetched ? "a complete, undamaged file; or trying again" : "a complete, undamaged file", ""};
 }
 

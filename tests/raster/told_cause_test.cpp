@@ -11,6 +11,7 @@
 namespace cordillera {
 namespace {
 
+using raster_test::must_open;
 using raster_test::open;
 using raster_test::plain_options;
 using raster_test::Spec;
@@ -145,6 +146,31 @@ TEST_F(ToldCause, PointsWithoutACrsAreRefusedBeforeTheyAreCopied) {
   before == nullptr ? unsetenv("TMPDIR") : setenv("TMPDIR", kept.c_str(), 1);
   EXPECT_THAT(bare, HasSubstr("names no coordinate reference system"));
   EXPECT_THAT(placed, HasSubstr("no temporary folder")) << "this asks nothing then";
+}
+
+/// A VRT may make its pixels by a function: where GDAL does not run it, nothing is damaged.
+TEST_F(ToldCause, APixelFunctionThatIsNotRun) {
+  write(Spec());
+  const auto vrt = [&](const std::string& function) {
+    const std::string band = R"(<VRTRasterBand dataType="Float32" band="1" subClass="VRTDerivedRasterBand">)" + function +
+                             R"(<SimpleSource><SourceFilename relativeToVRT="1">dem.tif</SourceFilename></SimpleSource>)";
+    const std::string file = write_text(R"(<VRTDataset rasterXSize="8" rasterYSize="8"><SRS>EPSG:4326</SRS>)"
+                                        R"(<GeoTransform>10, 0.01, 0, 45, 0, -0.01</GeoTransform>)" +
+                                            band + "</VRTRasterBand></VRTDataset>",
+                                        "made.vrt");
+    const auto source = must_open(file);
+    const auto window = source->window(raster_test::lattice(9));
+    const auto samples = source->sample(raster_test::lattice(9), window.west, window.south, 4, 4);
+    return samples.ok() ? "reads" : samples.problem().line();
+  };
+  EXPECT_THAT(vrt("<PixelFunctionType>f</PixelFunctionType><PixelFunctionLanguage>Python</PixelFunctionLanguage>"
+                  "<PixelFunctionCode>def f(a, out, *rest, **words): out[:] = a[0]</PixelFunctionCode>"),
+              AllOf(StartsWith("made.vrt makes its pixels by a function in Python"),
+                    HasSubstr("GDAL_VRT_ENABLE_PYTHON=YES gdal_translate made.vrt made.tif"), Not(HasSubstr("damaged"))));
+  EXPECT_THAT(vrt("<PixelFunctionType>nosuch</PixelFunctionType>"),
+              AllOf(HasSubstr("a function, which GDAL could not run"), HasSubstr("nosuch"), Not(HasSubstr("damaged"))));
+  EXPECT_THAT(vrt("<PixelFunctionType>sum</PixelFunctionType>"),  // of one source
+              AllOf(HasSubstr("a function, which GDAL could not run;"), Not(HasSubstr("damaged"))));
 }
 
 }  // namespace
