@@ -132,10 +132,13 @@ proto::Result<void> Placement::check_degrees(const Dataset& dataset, const Crs& 
 std::int64_t Placement::count_beyond_poles(const Crs& crs) const {
   if (!crs.horizontal.IsGeographic()) return 0;
   const double limit = 90 / degrees_per_unit(crs) + kRounded_px * (std::abs(forward_[4]) + std::abs(forward_[5]));
+  // Line by line, along the longer side: a header may claim billions of rows.
+  const bool by_rows = rows_ <= columns_;
+  const double across = forward_[by_rows ? 5 : 4], along = forward_[by_rows ? 4 : 5];
   std::int64_t count = 0;
-  for (int row = 0; row < rows_; ++row) {
-    const double first = forward_[3] + 0.5 * forward_[4] + (row + 0.5) * forward_[5];
-    count += above(limit, first, forward_[4], columns_) + above(limit, -first, -forward_[4], columns_);
+  for (int line = 0; line < std::min(rows_, columns_); ++line) {
+    const double first = forward_[3] + (line + 0.5) * across + 0.5 * along;
+    for (const double sign : {1.0, -1.0}) count += above(limit, sign * first, sign * along, std::max(rows_, columns_));
   }
   return count;
 }

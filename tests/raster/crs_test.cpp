@@ -244,6 +244,10 @@ TEST_F(Crs, PixelsThatLieNowhereAreTold) {
                                                    "others are, and are left out: is it placed right?"});
   world.columns = 550, world.geotransform[1] = 0.7;  // no whole number of them is a turn
   EXPECT_EQ(notes(world).size(), 1u);
+  Spec tall;  // four rows beyond each pole
+  tall.columns = 4, tall.rows = 200, tall.geotransform = {10, 1, 0, -94, 0, 0.94};
+  EXPECT_EQ(notes(tall),
+            std::vector<std::string>{"32 of 800 pixels of dem.tif lie beyond a pole, and are left out: is it placed right?"});
   Spec aslant;
   aslant.columns = aslant.rows = 10, aslant.geotransform = {10, 0.1, 0, 90, 0.1, -0.1};
   EXPECT_EQ(notes(aslant),
