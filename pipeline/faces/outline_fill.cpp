@@ -288,14 +288,15 @@ bool OutlineFill::reaches(int zoom, std::int32_t x, std::int32_t y, bool faded) 
   const auto last = [&](std::int64_t pixel) {
     return static_cast<std::int64_t>(std::ceil(static_cast<double>(pixel) * scale)) + 2;
   };
-  const std::int64_t west = std::int64_t{kTilePixels} * x, north = std::int64_t{kTilePixels} * y;
-  if (zoom <= overview.zoom) return true;  // such tiles are few
-  const std::int64_t turn = turned(zoom, west + kTilePixels / 2) - (west + kTilePixels / 2);
+  const std::int64_t north = std::int64_t{kTilePixels} * y, around = std::int64_t{kTilePixels} << zoom;
   const std::int64_t south_end = std::min(last(north + kTilePixels), overview.north + overview.rows);
-  const std::int64_t east_end = std::min(last(west + turn + kTilePixels), overview.west + overview.columns);
-  for (std::int64_t r = std::max(first(north), overview.north); r < south_end; ++r) {
-    for (std::int64_t c = std::max(first(west + turn), overview.west); c < east_end; ++c) {
-      if (hull(c, r) || (faded && overview.at(c, r) != 0)) return true;
+  for (const std::int64_t turn : {-around, std::int64_t{0}, around}) {  // a wide tile may lie on both sides of the data
+    const std::int64_t west = std::int64_t{kTilePixels} * x + turn;
+    const std::int64_t east_end = std::min(last(west + kTilePixels), overview.west + overview.columns);
+    for (std::int64_t r = std::max(first(north), overview.north); r < south_end; ++r) {
+      for (std::int64_t c = std::max(first(west), overview.west); c < east_end; ++c) {
+        if (hull(c, r) || (faded && overview.at(c, r) != 0)) return true;
+      }
     }
   }
   return false;

@@ -310,6 +310,37 @@ TEST(TerrainRgb, OutsideTheOutlineTheGroundGoesDownToTheGeoidWithoutACliff) {
   EXPECT_LT(steepest_m, 200) << "between pixels of 600 m; the hills stand up to 1670 m above the geoid";
 }
 
+/// The data ends at sides of tiles, and the bounds of its TileJSON are the whole circle: the ground goes down in the next tiles.
+TEST(TerrainRgb, BesideDataOverTheAntimeridianTheGroundGoesDownInTheNextTiles) {
+  const Made made({{{7, 254, 80}, {7, 255, 83}}, {{7, 0, 80}, {7, 1, 83}}}, hills());
+  const Terrain& terrain = made.terrain();
+  std::set<std::string> listed, shown = {"terrarium.json"};
+  face_named("terrarium")->each_path(terrain, [&](const std::string& path) { listed.insert(path); });
+  const int last = tilejson_of(terrain, "terrarium.json")["maxzoom"];
+  double highest_m = 0, steepest_m = 0;
+  for (int zoom = 1; zoom <= last; ++zoom) {
+    const std::int32_t across = 1 << zoom;
+    for (std::int32_t y = tile_at(zoom, 0, 28).y; y <= tile_at(zoom, 0, 22.51).y; ++y) {
+      Picture east = read_png(fetch(terrain, tile_path("terrarium", zoom, 0, y, ".png")).value(), PNG_FORMAT_RGB);
+      for (std::int32_t x = across - 1; x >= 0; --x) {
+        const std::string path = tile_path("terrarium", zoom, x, y, ".png");
+        const Picture tile = read_png(fetch(terrain, path).value(), PNG_FORMAT_RGB);
+        for (std::size_t k = 0; k < 65536; ++k) {
+          if (terrarium_m(tile, k) != 0) shown.insert(path);
+          if (k % 256 != 255) continue;
+          highest_m = std::max(highest_m, terrarium_m(tile, k));
+          if (zoom == last) steepest_m = std::max(steepest_m, std::abs(terrarium_m(tile, k) - terrarium_m(east, k - 255)));
+        }
+        east = tile;
+      }
+    }
+  }
+  EXPECT_GT(highest_m, 1000);
+  EXPECT_LT(steepest_m, 200) << "between pixels of 600 m";
+  for (const std::string& path : shown) EXPECT_TRUE(listed.count(path)) << path;
+  EXPECT_LT(listed.size(), 3 * shown.size()) << "none of those that lie far away";
+}
+
 /// Meshes keep the sea to within their error only; what lies around it goes on from the sea as it is shown.
 TEST(TerrainRgb, ASeaAtTheOutlineGoesOnAsItIsShown) {
   const TemporaryFolder folder;

@@ -58,7 +58,7 @@ proto::Result<bool> fill_gaps(const Terrain& terrain, MapWindow& window, Beyond 
 
 proto::Result<std::optional<PixelHeights>> pixel_heights(const Terrain& terrain, const Place& place) {
   const auto extent = extent_of(terrain.manifest());
-  if (!extent || !touches(*extent, place.z, place.x, place.y)) return std::optional<PixelHeights>();
+  if (!extent || !touches(raster::unwrapped(*extent), place.z, place.x, place.y)) return std::optional<PixelHeights>();
   const Zooms zooms = zooms_of(terrain.manifest(), *extent);
   if (!zooms.holds(place.z)) return std::optional<PixelHeights>();
   PixelHeights grid;

@@ -31,7 +31,7 @@ struct PixelHeights {
 };
 
 /// Heights at pixel centres, as the meshes have them; water of a known height has that (see water_pixels.h). Nothing where the
-/// tile is beyond the dataset's zooms or does not touch its extent. A problem without a geoid.
+/// tile is beyond the dataset's zooms or does not touch the bounds that its TileJSON states. A problem without a geoid.
 proto::Result<std::optional<PixelHeights>> pixel_heights(const Terrain& terrain, const Place& place);
 
 /// What a picture can do where there is no data.

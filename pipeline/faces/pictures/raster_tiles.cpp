@@ -24,6 +24,18 @@ std::string kept_name(std::string path, const Place& place) {
   return place.ramp.empty() ? path : path.append("?").append(place.ramp);
 }
 
+/// What can show something: the data's own extent, and where heights go down to the geoid beside it all that a TileJSON's bounds
+/// touch, so that no tile ends in a wall beside the next one.
+raster::Area shown_area(const raster::Area& extent, Beyond beyond) {
+  return beyond == Beyond::faded ? raster::unwrapped(extent) : extent;
+}
+
+/// Whether heights that no mesh has can lie in a tile.
+bool is_filled(const Terrain& terrain, const Place& place, Beyond beyond) {
+  const auto outline = terrain.outline();
+  return outline.ok() && (*outline)->reaches(place.z, place.x, place.y, beyond == Beyond::faded);
+}
+
 /// A tile that shows something; it is kept, so that whoever lists paths and then fetches them draws once.
 proto::Result<std::optional<Document>> drawn(const Terrain& terrain, const Place& place, const RasterStyle& style) {
   return terrain.kept(kept_name(path_at(style, place), place), [&]() -> proto::Result<std::optional<Document>> {
@@ -61,13 +73,8 @@ struct Walk {
     const std::int32_t last = std::min(index(east), proto::tiles_across(level) - 1);
     return !terrain.store().extents(level, index(west), index(south), last, index(north)).empty();
   }
-  /// Whether heights that no mesh has can lie in it.
-  bool filled(const Place& p) const {
-    const auto outline = terrain.outline();
-    return outline.ok() && (*outline)->reaches(p.z, p.x, p.y, beyond == Beyond::faded);
-  }
   void visit(const Place& p) const {
-    if (!touches(extent, p.z, p.x, p.y) || (!meshes_under(p) && !filled(p))) return;
+    if (!touches(shown_area(extent, beyond), p.z, p.x, p.y) || (!meshes_under(p) && !is_filled(terrain, p, beyond))) return;
     if (zooms.holds(p.z)) found(p);
     if (p.z >= zooms.last) return;
     for (std::int32_t child = 0; child < 4; ++child) visit({0, p.z + 1, 2 * p.x + (child & 1), 2 * p.y + (child >> 1)});
@@ -77,12 +84,14 @@ struct Walk {
 }  // namespace
 
 proto::Result<std::optional<Document>> raster_tile(const Terrain& terrain, const Place& place, const RasterStyle& style) {
-  auto tile = drawn(terrain, place, style);
-  if (!tile || *tile) return tile;
   const auto extent = extent_of(terrain.manifest());
   // Clients ask for all that a TileJSON's bounds touch.
   if (!extent || !touches(raster::unwrapped(*extent), place.z, place.x, place.y)) return nothing();
-  return zooms_of(terrain.manifest(), *extent).holds(place.z) ? empty_tile(terrain, place, style) : nothing();
+  if (!zooms_of(terrain.manifest(), *extent).holds(place.z)) return nothing();
+  const bool beside = !touches(*extent, place.z, place.x, place.y);
+  if (beside && !is_filled(terrain, place, style.beyond)) return empty_tile(terrain, place, style);
+  auto tile = drawn(terrain, place, style);
+  return !tile || *tile ? tile : empty_tile(terrain, place, style);
 }
 
 void each_shown_tile(const Terrain& terrain, Beyond beyond, const PathSink& sink,
