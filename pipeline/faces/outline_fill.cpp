@@ -5,6 +5,7 @@
 #include <numbers>
 #include <utility>
 
+#include "pipeline/faces/face.h"
 #include "pipeline/faces/terrain.h"
 #include "pipeline/faces/water_pixels.h"
 #include "pipeline/faces/web_mercator.h"
@@ -162,18 +163,60 @@ std::vector<double> distances(const std::vector<bool>& hull, std::size_t columns
 }
 
 /// How far outside the geoid is reached, pixels.
-double fade_pixels(const MapWindow& window, double latitude_deg) {
+double fade_pixels(const MapWindow& window, double latitude_deg, double least) {
   double highest_m = 0;
   for (const double h : window.height_m) highest_m = std::isnan(h) ? highest_m : std::max(highest_m, std::abs(h));
   const double around_m = 2 * std::numbers::pi * proto::kSemiMajor_m * std::cos(latitude_deg * std::numbers::pi / 180);
   const double pixel_m = around_m / std::ldexp(kTilePixels, window.zoom);
-  return std::clamp(std::ceil(highest_m / pixel_m), double{OutlineFill::kLeastFade}, double{OutlineFill::kMostFade});
+  return std::clamp(std::ceil(highest_m / pixel_m), least, double{OutlineFill::kMostFade});
 }
 
 /// 1 at the outline, 0 where the geoid is reached, level at both.
 double fade(double far, double whole) {
   const double left = 1 - std::min(far / whole, 1.0);
   return left * left * (3 - 2 * left);
+}
+
+/// Fills a window, all of it: inside the hull from what lies around, outside of it fading.
+void fill_and_fade(const std::vector<bool>& hull, double whole, MapWindow& window) {
+  const std::vector<double> far = distances(hull, static_cast<std::size_t>(window.columns));
+  fill_whole(window);
+  for (std::size_t k = 0; k < far.size(); ++k) window.height_m[k] *= fade(far[k], whole);
+}
+
+/// The same with so many pixels more on each side, without heights.
+MapWindow widened(const MapWindow& window, std::int32_t by) {
+  MapWindow wide = grown(window, by);
+  wide.height_m.assign(static_cast<std::size_t>(wide.columns) * static_cast<std::size_t>(wide.rows), std::nan(""));
+  for (std::int64_t row = window.north; row < window.north + window.rows; ++row) {
+    for (std::int64_t column = window.west; column < window.west + window.columns; ++column)
+      wide.height_m[wide.index(column, row)] = window.at(column, row);
+  }
+  return wide;
+}
+
+/// Whether is(column, row) holds of a pixel of the window that lies under a tile, or beside it.
+template <class Is>
+bool any_under(const MapWindow& window, const Place& tile, const Is& is) {
+  const double scale = std::ldexp(1, window.zoom - tile.z);
+  const auto first = [&](std::int64_t pixel) {
+    return static_cast<std::int64_t>(std::floor(static_cast<double>(pixel) * scale)) - 2;
+  };
+  const auto last = [&](std::int64_t pixel) {
+    return static_cast<std::int64_t>(std::ceil(static_cast<double>(pixel) * scale)) + 2;
+  };
+  const std::int64_t north = std::int64_t{kTilePixels} * tile.y, around = std::int64_t{kTilePixels} << tile.z;
+  const std::int64_t south_end = std::min(last(north + kTilePixels), window.north + window.rows);
+  for (const std::int64_t turn : {-around, std::int64_t{0}, around}) {  // a wide tile may lie on both sides of the data
+    const std::int64_t west = std::int64_t{kTilePixels} * tile.x + turn;
+    const std::int64_t east_end = std::min(last(west + kTilePixels), window.west + window.columns);
+    for (std::int64_t r = std::max(first(north), window.north); r < south_end; ++r) {
+      for (std::int64_t c = std::max(first(west), window.west); c < east_end; ++c) {
+        if (is(c, r)) return true;
+      }
+    }
+  }
+  return false;
 }
 
 MapWindow overview_of(const raster::Area& extent, const Zooms& zooms, const proto::Manifest& manifest) {
@@ -203,12 +246,18 @@ proto::Result<OutlineFill> OutlineFill::of(const Terrain& terrain) {
   if (const auto drawn = draw_shown_heights(terrain, overview); !drawn) return drawn.problem();
   OutlineFill made;
   made.hull_ = closed_outline(overview);
-  const double whole = fade_pixels(overview, raster::middle_latitude_deg(*extent));
-  const std::vector<double> far = distances(made.hull_, static_cast<std::size_t>(overview.columns));
-  fill_whole(overview);
-  for (std::size_t k = 0; k < far.size(); ++k) overview.height_m[k] *= fade(far[k], whole);
+  const double latitude_deg = raster::middle_latitude_deg(*extent);
+  MapWindow data = means(overview);
+  double least = kLeastFade;
+  fill_and_fade(made.hull_, fade_pixels(overview, latitude_deg, least), overview);
   made.filled_.push_back(std::move(overview));
-  while (made.filled_.back().zoom > 0) made.filled_.push_back(means(made.filled_.back()));
+  while (made.filled_.back().zoom > 0) {
+    MapWindow coarse = widened(data, kMostFade);
+    data = means(data);
+    least = std::max(least / 2, 1.0);
+    fill_and_fade(closed_outline(coarse), fade_pixels(coarse, latitude_deg, least), coarse);
+    made.filled_.push_back(std::move(coarse));
+  }
   return made;
 }
 
@@ -281,25 +330,9 @@ bool OutlineFill::holes_in(const MapWindow& window) const {
 
 bool OutlineFill::reaches(int zoom, std::int32_t x, std::int32_t y, bool faded) const {
   const MapWindow& overview = filled_.front();
-  const double scale = std::ldexp(1, overview.zoom - zoom);
-  const auto first = [&](std::int64_t pixel) {
-    return static_cast<std::int64_t>(std::floor(static_cast<double>(pixel) * scale)) - 2;
-  };
-  const auto last = [&](std::int64_t pixel) {
-    return static_cast<std::int64_t>(std::ceil(static_cast<double>(pixel) * scale)) + 2;
-  };
-  const std::int64_t north = std::int64_t{kTilePixels} * y, around = std::int64_t{kTilePixels} << zoom;
-  const std::int64_t south_end = std::min(last(north + kTilePixels), overview.north + overview.rows);
-  for (const std::int64_t turn : {-around, std::int64_t{0}, around}) {  // a wide tile may lie on both sides of the data
-    const std::int64_t west = std::int64_t{kTilePixels} * x + turn;
-    const std::int64_t east_end = std::min(last(west + kTilePixels), overview.west + overview.columns);
-    for (std::int64_t r = std::max(first(north), overview.north); r < south_end; ++r) {
-      for (std::int64_t c = std::max(first(west), overview.west); c < east_end; ++c) {
-        if (hull(c, r) || (faded && overview.at(c, r) != 0)) return true;
-      }
-    }
-  }
-  return false;
+  if (any_under(overview, {0, zoom, x, y}, [&](std::int64_t c, std::int64_t r) { return hull(c, r); })) return true;
+  const MapWindow& window = filled_[static_cast<std::size_t>(std::max(overview.zoom - zoom, 0))];
+  return faded && any_under(window, {0, zoom, x, y}, [&](std::int64_t c, std::int64_t r) { return window.at(c, r) != 0; });
 }
 
 std::size_t OutlineFill::bytes() const {

@@ -16,7 +16,8 @@ class OutlineFill {
  public:
   static constexpr std::int32_t kOverviewPixels = 256;
   /// How far outside the outline the geoid is reached, in pixels of the overview: as far as the greatest height is high, within
-  /// these.
+  /// these. At coarser zooms the least is as many metres, and the most as many of their pixels: small data on high ground would
+  /// be a needle, and flat in their means.
   static constexpr std::int32_t kLeastFade = 16, kMostFade = 64;
 
   /// The dataset must have something within Web Mercator. A problem without a geoid.

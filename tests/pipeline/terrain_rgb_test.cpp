@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <numbers>
 #include <set>
 
@@ -341,9 +342,9 @@ TEST(TerrainRgb, BesideDataOverTheAntimeridianTheGroundGoesDownInTheNextTiles) {
   EXPECT_LT(listed.size(), 3 * shown.size()) << "none of those that lie far away";
 }
 
-/// Meshes keep the sea to within their error only; what lies around it goes on from the sea as it is shown.
-TEST(TerrainRgb, ASeaAtTheOutlineGoesOnAsItIsShown) {
-  const TemporaryFolder folder;
+/// A raster of 120 by 120 cells, its south-western corner at 10, 30 degrees, as a build makes it. height_m: of a row and a
+/// column.
+Terrain built(const TemporaryFolder& folder, double cell_deg, const std::function<double(int row, int column)>& height_m) {
   BuildRequest request;
   request.raster_path = folder / "isle.asc";
   request.raster_name = "isle.asc";
@@ -354,14 +355,40 @@ TEST(TerrainRgb, ASeaAtTheOutlineGoesOnAsItIsShown) {
   request.options.set_threads(1);
   request.options.set_device("cpu");
   std::ofstream raster(request.raster_path);
-  raster << "ncols 120\nnrows 120\nxllcorner 10\nyllcorner 30\ncellsize 0.001\n";
+  raster << "ncols 120\nnrows 120\nxllcorner 10\nyllcorner 30\ncellsize " << cell_deg << '\n';
   for (int r = 0; r < 120; ++r) {
-    for (int c = 0; c < 120; ++c) raster << std::max(0.0, 300 - 6.0 * std::hypot(r - 50, c - 70)) << (c < 119 ? ' ' : '\n');
+    for (int c = 0; c < 120; ++c) raster << height_m(r, c) << (c < 119 ? ' ' : '\n');
   }
   raster.close();
   const std::atomic<bool> stop = false;
-  ASSERT_TRUE(build(request, nullptr, stop).ok());
-  const Terrain terrain(std::shared_ptr<const StoreReader>(StoreReader::open(request.store_path).value()));
+  EXPECT_TRUE(build(request, nullptr, stop).ok());
+  return Terrain(std::shared_ptr<const StoreReader>(StoreReader::open(request.store_path).value()));
+}
+
+/// 130 m of ground that is 2000 m high. Clients leave out tiles that lie below what the camera sees, so coarse ones must not be
+/// flat there.
+TEST(TerrainRgb, SmallHighGroundIsAsHighAtCoarseZooms) {
+  const TemporaryFolder folder;
+  const Terrain terrain = built(folder, 0.00001, [](int r, int c) { return 2000.0 + r + c / 2.0; });
+  const Zooms zooms = zooms_of(terrain.manifest(), *extent_of(terrain.manifest()));
+  ASSERT_GT(zooms.last, 15);
+  for (int zoom = 9; zoom <= zooms.last; ++zoom) {  // of pixels that are 270 m wide
+    const double column = longitude_pixel(zoom, 10.0006), row = latitude_pixel(zoom, 30.0006);
+    const Place at{0, zoom, static_cast<std::int32_t>(column) / 256, static_cast<std::int32_t>(row) / 256};
+    const auto shown = filled_grid(terrain, at, Beyond::faded).value();
+    ASSERT_TRUE(shown);
+    EXPECT_GT(shown->at(static_cast<std::int32_t>(row) % 256, static_cast<std::int32_t>(column) % 256), 1900) << zoom;
+    const auto [least, most] = std::minmax_element(shown->height_m.begin(), shown->height_m.end());
+    EXPECT_LT(*most, 2300) << zoom;
+    EXPECT_TRUE(zoom >= 12 || *least == 0) << zoom;
+  }
+}
+
+/// Meshes keep the sea to within their error only; what lies around it goes on from the sea as it is shown.
+TEST(TerrainRgb, ASeaAtTheOutlineGoesOnAsItIsShown) {
+  const TemporaryFolder folder;
+  const Terrain terrain =
+      built(folder, 0.001, [](int r, int c) { return std::max(0.0, 300 - 6.0 * std::hypot(r - 50, c - 70)); });
   ASSERT_TRUE(terrain.manifest().options().has_water());
   const Zooms zooms = zooms_of(terrain.manifest(), *extent_of(terrain.manifest()));
   std::size_t outside = 0, sea = 0;
