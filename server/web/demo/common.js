@@ -79,6 +79,12 @@ async function read_events(hear) {
   return true;
 }
 
+// West, south, east and north of the data in degrees: east of the antimeridian they go on beyond 180. Then its lowest and its highest place, in
+// metres above the ellipsoid: a camera that counts from the ellipsoid itself would stand in high ground.
+function bounds_of({ bounds: [west, south, east, north, low, high] }) {
+  return [west, south, east < west ? east + 360 : east, north, low, high];
+}
+
 let manifest = null, formats = [];  // formats: what the dataset has; all of them, but for folders and archives of finished tiles
 let progress = {};  // what was last told of the build
 function show_manifest(read) {

@@ -7,11 +7,12 @@
 //   relief     least deviation of shades in a picture of nothing but data, of 255, where that is what the client shows; a flat raster has less
 //   instead    words of the block and what its page tells the reader to put in their place
 //   query      in the addresses of tiles, beside what a client adds; any if left out
+//   seen       other datasets whose terrain is seen at once, where the page puts its camera: small and high ("high"), over the antimeridian ("across")
 //   cracks     how much of a picture from above may be background, as a share; left out where there is no background to see
 export const kBrowserClients = [
   {
     name: "cesium-3d-tiles", page: "map/cesium.md", section: "3D Tiles", driver: "cesium_3d_tiles.js", names: ["widget", "tileset"],
-    tiles: /\/tiles\/[WE]\/.*\.glb$/, heights: "height", added_m: 0, cracks: 0,
+    tiles: /\/tiles\/[WE]\/.*\.glb$/, heights: "height", added_m: 0, cracks: 0, seen: ["high"],
   },
   {
     name: "cesium-3d-tiles-lit", page: "map/cesium.md", section: "3D Tiles", driver: "cesium_3d_tiles.js", names: ["widget", "tileset"],
@@ -20,7 +21,7 @@ export const kBrowserClients = [
   },
   {
     name: "cesium-terrain", page: "map/cesium.md", section: "Terrain, as quantized-mesh", driver: "cesium_terrain.js",
-    names: ["widget", "terrainProvider"], tiles: /\/terrain\/.*\.terrain$/, heights: "height", added_m: 0, cracks: 0,
+    names: ["widget", "terrainProvider"], tiles: /\/terrain\/.*\.terrain$/, heights: "height", added_m: 0, cracks: 0, seen: ["high"],
   },
   {
     name: "cesium-terrain-mercator", page: "map/cesium.md", section: "Terrain in Web Mercator", driver: "cesium_terrain.js",
@@ -33,7 +34,7 @@ export const kBrowserClients = [
   },
   {
     name: "three-3d-tiles", page: "map/threejs.md", section: "3D Tiles", driver: "three_tiles.js", names: ["tiles", "camera", "scene"],
-    tiles: /\/tiles\/[WE]\/.*\.glb$/, heights: "height", added_m: 0, cracks: 0,
+    tiles: /\/tiles\/[WE]\/.*\.glb$/, heights: "height", added_m: 0, cracks: 0, seen: ["high"],
   },
   {
     name: "three-3d-tiles-lit", page: "map/threejs.md", section: "3D Tiles", driver: "three_tiles.js", names: ["tiles", "camera", "scene"],
@@ -42,21 +43,21 @@ export const kBrowserClients = [
   },
   {
     name: "three-terrain", page: "map/threejs.md", section: "Terrain, as quantized-mesh", driver: "three_tiles.js",
-    names: ["tiles", "camera", "scene"], tiles: /\/terrain\/.*\.terrain$/, heights: "height", added_m: 0, cracks: 0,
+    names: ["tiles", "camera", "scene"], tiles: /\/terrain\/.*\.terrain$/, heights: "height", added_m: 0, cracks: 0, seen: ["high"],
   },
   {
     name: "deck-3d-tiles", page: "map/deckgl.md", section: "3D Tiles", driver: "deck_3d_tiles.js", names: ["deck"],
-    tiles: /\/tiles\/[WE]\/.*\.glb$/, heights: "height", added_m: 0,
+    tiles: /\/tiles\/[WE]\/.*\.glb$/, heights: "height", added_m: 0, seen: ["high"],
     cracks: 0.005,  // every tile is drawn in a flat frame of its own: hairlines between them
   },
   {
     name: "deck-terrain", page: "map/deckgl.md", section: "Terrain-RGB", driver: "deck_terrain.js", names: ["deck"],
-    tiles: /\/terrain-rgb\/.*\.png$/, heights: "orthometric", added_m: 5, cracks: 0,
+    tiles: /\/terrain-rgb\/.*\.png$/, heights: "orthometric", added_m: 5, cracks: 0, seen: ["high"],
     share: 0.45,  // every tile is meshed in the page itself, in half a second
   },
   {
     name: "maplibre", page: "map/maplibre.md", section: "Terrain", goes_on: "Contours", driver: "maplibre.js", names: ["map"],
-    tiles: /\/terrain-rgb\/.*\.png$/, also: /\/contours\/.*\.mvt$/, heights: "orthometric", added_m: 0, every: 6,
+    tiles: /\/terrain-rgb\/.*\.png$/, also: /\/contours\/.*\.mvt$/, heights: "orthometric", added_m: 0, every: 6, seen: ["high"],
   },
   {
     name: "maplibre-pmtiles", page: "formats/pmtiles.md", section: "In MapLibre GL", driver: "maplibre.js", names: ["map"],
@@ -64,11 +65,11 @@ export const kBrowserClients = [
   },
   {
     name: "openlayers", page: "map/openlayers.md", driver: "openlayers.js", names: ["map", "heights", "height_at"],
-    tiles: /\/terrarium\/.*\.png$/, heights: "orthometric", added_m: 0, every: 6,
+    tiles: /\/terrarium\/.*\.png$/, heights: "orthometric", added_m: 0, every: 6, seen: ["across"],
   },
   {
     name: "leaflet", page: "map/leaflet.md", driver: "leaflet.js", names: ["map", "hills"],
-    tiles: /\/hillshade\/.*\.png$/, heights: "orthometric", added_m: 0, every: 6,
+    tiles: /\/hillshade\/.*\.png$/, heights: "orthometric", added_m: 0, every: 6, seen: ["across"],
     relief: 22,  // its buttons alone are 14
   },
 ];

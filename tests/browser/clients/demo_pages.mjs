@@ -27,12 +27,13 @@ export async function serve_libraries(page, modules) {
 const shown = ({ page }) => page.waitForFunction(() => document.body?.dataset.tiles === "final");  // a page that is loaded anew has no body for a moment
 
 // Terrain is seen, nothing is asked for elsewhere or refused, and a drag moves the picture where the page has a camera of its own.
-export async function try_demo_page(name, { browser, url, id, modules, pictures, picture = name }) {
+// least: how far shades must deviate, of 255.
+export async function try_demo_page(name, { browser, url, id, modules, pictures, picture = name, least = kLeastSpread }) {
   const opened = await open_client(browser, `${url}/v1/datasets/${id}/demo/${name}.html`, [url, kLibraryHost],
     { started: () => document.body.dataset.tiles, prepare: (page) => serve_libraries(page, modules) });
   await shown(opened);
   const { deviation } = await picture_of(opened, `${pictures}/demo-${picture}.png`);
-  assert.ok(deviation > kLeastSpread, `there is no terrain: shades deviate by ${deviation.toFixed(1)} of 255`);
+  assert.ok(deviation > least, `there is no terrain: shades deviate by ${deviation.toFixed(1)} of 255`);
   if (name === "threejs") await try_drag(opened);
   if (name in kPlaces) await try_keys(opened, kPlaces[name]);
   assert.deepEqual(opened.complaints, [], "the browser complained");

@@ -1,5 +1,5 @@
 // Runs the code of every client page, one after another, against a real server; pages in one Chromium.
-//   node look.mjs --chromium PATH --url URL --terrain ID --flat ID --known known.json --archives FOLDER
+//   node look.mjs --chromium PATH --url URL --terrain ID --flat ID --across ID --high ID --known known.json --archives FOLDER
 //                 --docs FOLDER --modules FOLDER --pictures FOLDER --private ID --token TOKEN
 //                 --held ID --job PROCESS --lazy ID --lazy-url URL --plain URL --viewer URL [--only NAME,NAME]
 import { mkdirSync, readFileSync, rmSync } from "node:fs";
@@ -16,7 +16,7 @@ import { start_page_server } from "./page_server.mjs";
 import { block_of, page_of, snippet_of } from "./snippets.mjs";
 import { try_browser_client } from "./try_browser.mjs";
 
-const options = ["chromium", "url", "terrain", "flat", "across", "known", "archives", "docs", "modules", "pictures", "private", "token", "held", "job", "lazy", "lazy-url", "plain", "viewer", "only"];
+const options = ["chromium", "url", "terrain", "flat", "across", "high", "known", "archives", "docs", "modules", "pictures", "private", "token", "held", "job", "lazy", "lazy-url", "plain", "viewer", "only"];
 const { values: given } = parseArgs({ options: Object.fromEntries(options.map((name) => [name, { type: "string" }])) });
 const wanted = ({ name }) => !given.only || given.only.split(",").includes(name);
 const in_browser = kBrowserClients.filter(wanted);
@@ -64,7 +64,14 @@ async function run_browser(pages, shared) {
 async function run_demo_pages(shared) {
   const among = (name) => wanted({ name: `demo-${name}` });
   for (const name of kDemoPages.filter(among)) await run(`demo-${name}`, () => try_demo_page(name, shared));
-  if (among("across")) await run("demo-across", () => try_demo_page("openlayers", { ...shared, id: given.across, picture: "across" }));
+  const kFilled = 30;  // of shades where the terrain is no speck
+  const each = (names, id) => async () => {
+    const seen = [];
+    for (const name of names) seen.push(await try_demo_page(name, { ...shared, id, least: kFilled, picture: `${name}-elsewhere` }));
+    return seen.join("; ");
+  };
+  if (among("across")) await run("demo-across", each(["openlayers", "leaflet", "cesium"], given.across));
+  if (among("high")) await run("demo-high", each(["threejs", "deckgl", "maplibre"], given.high));
   if (among("qgis")) await run("demo-qgis", () => try_qgis_page(shared));
   if (among("live")) await run("demo-live", () => try_following_pages({ ...shared, id: given.held, job: Number(given.job) }));
   if (among("lazy")) await run("demo-lazy", () => try_lazy_page({ ...shared, url: given["lazy-url"], id: given.lazy }));
@@ -84,7 +91,7 @@ mkdirSync(entries, { recursive: true });
 for (const client of in_browser) Object.assign(read_snippet(client), page_of(`${given.docs}/${client.page}`));
 await bundle_all(in_browser, entries);
 const dataset = (id) => ({ address: `${given.url}/v1/datasets/${id}`, archives: `${given.archives}/${id}` });
-const datasets = { terrain: dataset(given.terrain), flat: dataset(given.flat) };
+const datasets = Object.fromEntries(["terrain", "flat", "across", "high"].map((name) => [name, dataset(given[name])]));
 const pages = await start_page_server({ clients: in_browser, modules: given.modules, bundles: `${entries}/out`, datasets });
 const manifest = await (await fetch(`${datasets.terrain.address}/manifest.json`)).json();
 const shared = {

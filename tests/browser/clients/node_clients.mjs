@@ -28,6 +28,8 @@ export async function try_mesh_block(client, { addresses_of, known, allowed_m })
   const tile = await run_block(client, "terrain", addresses_of("terrain"));
   const [found, places] = heights_of(tile, known);
   const worst_m = assert_heights(found, places, "height", allowed_m);
+  const beyond = await run_block(client, "across", addresses_of("across"));
+  assert.ok(beyond.vertices.length > 0, "no tile of data over the antimeridian");
   assert_no_relief(...heights_of(await run_block(client, "flat", addresses_of("flat")), known), "height", allowed_m);
   return `${tile.vertices.length / 3} vertices, ${places.length} places within ${worst_m.toFixed(2)} of ${allowed_m.toFixed(2)} m`;
 }

@@ -11,7 +11,7 @@ set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 build=$(cd "${1:?usage: tests/browser/clients/run.sh BUILD [PICTURES]}" && pwd)
 . "$here/../../real_server.sh" 'The client test'
-first_of_each=cesium-3d-tiles,cesium-terrain,three-3d-tiles,deck-3d-tiles,maplibre,openlayers,leaflet,demo-live,demo-lazy,demo-private
+first_of_each=cesium-3d-tiles,cesium-terrain,three-3d-tiles,deck-3d-tiles,maplibre,openlayers,leaflet,demo-high,demo-live,demo-lazy,demo-private
 first_of_each+=,loaders-gl-draco,loaders-gl-quantized-mesh,loaders-gl-3d-tiles,pmtiles,drc-program
 need_node gdal_create gdal_translate
 need_chromium
@@ -34,12 +34,17 @@ lazy=$(post "$work/fine.tif") lazy_url=$url
 start_server "$build" --tokens "$work/tokens"
 export CORDILLERA_TOKEN=$token
 gdal_create -q -of GTiff -ot Int16 -outsize 960 540 -bands 1 -burn 500 -a_srs EPSG:4326 -a_ullr -71.85 44.5 -71.05 44.05 "$work/flat.tif"
-terrain=$(post "$sample")
+# post_as RASTER PARAMETERS: with parameters of a request.
+post_as() { curl -fsS -T "$1" -X POST -H "Authorization: Bearer $token" -H 'Prefer: wait=300' "$url/v1/datasets?name=${1##*/}&$2" | json_id; }
+terrain=$(post_as "$sample" attribution=Surveyors)
 flat=$(post "$work/flat.tif")
 gdal_translate -q -a_ullr 179.6 44.5 180.4 44.05 "$sample" "$work/across.tif"
 across=$(post "$work/across.tif")
+# A kilometre of ground that is twice as high.
+gdal_translate -q -ot Float32 -scale 0 2000 2000 2500 -srcwin 300 200 200 200 -a_ullr 8.743 46.584 8.757 46.574 "$sample" "$work/high.tif"
+high=$(post "$work/high.tif")
 gdal_translate -q -srcwin 300 200 200 200 "$sample" "$work/part.tif"
-hidden=$(curl -fsS -T "$work/part.tif" -X POST -H "Authorization: Bearer $token" -H 'Prefer: wait=300' "$url/v1/datasets?name=part.tif&private=1" | json_id)
+hidden=$(post_as "$work/part.tif" private=1)
 for id in "$terrain" "$flat"; do
   mkdir -p "$work/archives/$id"
   "$build/bin/cordillera" export "$work/data/datasets/$id" -o "$work/archives/$id/dem.pmtiles" >/dev/null
@@ -63,7 +68,7 @@ viewer=$(first_line "$work/view")
 
 curl -fsS -o "$work/manifest.json" "$url/v1/datasets/$terrain/manifest.json"
 python3 "$here/../known_heights.py" "$sample" "$work/manifest.json" >"$work/known.json"
-node "$modules/clients/look.mjs" --chromium "$chromium" --url "$url" --terrain "$terrain" --flat "$flat" --across "$across" \
+node "$modules/clients/look.mjs" --chromium "$chromium" --url "$url" --terrain "$terrain" --flat "$flat" --across "$across" --high "$high" \
   --known "$work/known.json" --archives "$work/archives" \
   --docs "$repository/docs" --modules "$modules/node_modules" \
   --pictures "$pictures" --private "$hidden" --token "$token" --held "$held" --job "$held_job" --lazy "$lazy" --lazy-url "$lazy_url" --plain "$plain" --viewer "$viewer" ${ONLY:+--only "$ONLY"}

@@ -4,6 +4,7 @@ import assert from "node:assert/strict";
 import { come_to, look_down, picture_of, settle } from "./browser_page.mjs";
 import { assert_heights, assert_no_relief } from "./checks.mjs";
 
+const kLeastSpread = 20;  // of shades, of 255; a slope that fills the picture has 13
 const kAll = 1.2;  // of the data's extent, with a rim
 
 // From above, with so little error allowed that no other level than the finest will do.
@@ -45,6 +46,16 @@ async function try_flat(client, { open, view, bounds, known, allowed_m }) {
   await flat.page.close();
 }
 
+// What somebody sees who only opens the page: terrain of other datasets.
+async function try_elsewhere(client, dataset, { open, pictures }) {
+  const opened = await open(dataset);
+  await settle(opened);
+  const { deviation } = await picture_of(opened, `${pictures}/${client.name}-${dataset}.png`);
+  assert.ok(deviation > kLeastSpread, `there is no terrain of ${dataset}: shades deviate by ${deviation.toFixed(1)} of 255`);
+  assert.deepEqual(opened.complaints, [], "the browser complained");
+  await opened.page.close();
+}
+
 // Given: how to open a dataset's page, where pictures go, the known places, the dataset's bounds, the error that is allowed; control: whether
 // the flat raster is tried too.
 export async function try_browser_client(client, { open, pictures, known: all, bounds, allowed_m, control }) {
@@ -53,6 +64,7 @@ export async function try_browser_client(client, { open, pictures, known: all, b
   const opened = await open("terrain");
   const shown = await settle(opened);
   const { deviation } = await picture_of(opened, `${pictures}/${client.name}.png`);
+  assert.match(await opened.page.textContent("body"), /Surveyors/, "the page does not say whose the data is");
   if (client.relief) assert.ok((await shades_inside(opened, bounds)) >= client.relief, "there is no relief");
   assert.ok(known.length >= 5, "too few known places");
   const worst_m = assert_heights(await heights_of(opened, view, known), known, client.heights, allowed_m);
@@ -64,6 +76,7 @@ export async function try_browser_client(client, { open, pictures, known: all, b
   assert.deepEqual(opened.complaints, [], "the browser complained");
   await opened.page.close();
 
+  for (const dataset of client.seen ?? []) await try_elsewhere(client, dataset, { open, pictures });
   if (control) await try_flat(client, { open, view, bounds, known, allowed_m });
   return `${shown} tiles shown, ${fetched} answers with tiles, ` +
     `${known.length} heights within ${worst_m.toFixed(2)} of ${allowed_m.toFixed(2)} m, shades deviate by ${deviation.toFixed(1)} of 255`;
