@@ -75,7 +75,7 @@ let showing = 0;
 function tell_of(base, manifest) {
   panel.show_manifest(manifest);
   panel.show_demos(base);
-  panel.show_snippets(snippets_for(new URL(base, document.baseURI).href, manifest.bounds));
+  panel.show_snippets(snippets_for(new URL(base, document.baseURI).href));
 }
 
 // All that there is of a dataset where the browser draws none.
