@@ -57,12 +57,14 @@ bool is_side_extension(std::string_view extension) { return holds(kSides, extens
 
 bool is_pam(const std::string& name) { return proto::lower(name).ends_with(kPam); }
 
+std::string pam_of(const std::string& raster) { return raster + std::string(kPam); }
+
 std::string pam_of_unpacked(const std::string& raster) { return raster + ".notes"; }
 
 bool is_side_of(const std::string& raster, const std::string& other) {
   const std::string name = proto::lower(other), of = proto::lower(raster);
   const auto stem = [](const std::string& file) { return std::filesystem::path(file).stem().string(); };
-  if (name == of + std::string(kPam) || name == stem(of) + std::string(kPam)) return true;
+  if (name == pam_of(of) || name == pam_of(stem(of))) return true;
   if (name == of || stem(name) != stem(of)) return false;
   return is_side_extension(extension_of(name)) || (extension_of(name).empty() && extension_of(of) == ".ers");
 }

@@ -1,12 +1,16 @@
 #include "raster/open/raster_state.h"
 
+#include <cpl_minixml.h>
 #include <gdal_priv.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <set>
+#include <string_view>
 #include <vector>
 
 #include "raster/gdal/formats.h"
@@ -40,6 +44,52 @@ std::vector<std::string> files_in_vrt(const std::string& path) {
   return files;
 }
 
+/// Of a PAM file: elements that hold others, and those that change where a raster lies or what its heights are.
+constexpr std::array<std::string_view, 4> kHolders{"PAMDataset", "Subdataset", "PAMRasterBand", "Metadata"};
+constexpr std::array<std::string_view, 12> kRead{"SRS",   "GeoTransform", "GCPList",     "GeodataXform", "NoDataValue", "Offset",
+                                                 "Scale", "UnitType",     "Description", "ColorInterp",  "ColorTable",  "MDI"};
+
+/// Statistics, histograms and what viewers keep in domains of their own change no tile.
+bool is_read(const CPLXMLNode& node) {
+  if (node.eType == CXT_Attribute || node.eType == CXT_Text) return true;
+  if (node.eType != CXT_Element) return false;
+  const std::string_view name = node.pszValue;
+  const auto attribute = [&](const char* of) { return std::string_view(CPLGetXMLValue(&node, of, "")); };
+  if (name == "MDI") return !attribute("key").starts_with("STATISTICS_");
+  if (name == "Metadata") return attribute("domain").empty() || attribute("domain") == "IMAGE_STRUCTURE";
+  return std::ranges::find(kHolders, name) != kHolders.end() || std::ranges::find(kRead, name) != kRead.end();
+}
+
+/// Takes everything else out. False: nothing is left.
+bool keep_what_is_read(CPLXMLNode& holder) {
+  bool any = false;
+  for (CPLXMLNode *child = holder.psChild, *next = nullptr; child != nullptr; child = next) {
+    next = child->psNext;
+    const bool element = child->eType == CXT_Element;
+    const bool holds = element && std::ranges::find(kHolders, child->pszValue) != kHolders.end();
+    if (is_read(*child) && (!holds || keep_what_is_read(*child))) {
+      any |= element;
+    } else {
+      CPLRemoveXMLChild(&holder, child);
+      CPLDestroyXMLNode(child);
+    }
+  }
+  return any;
+}
+
+/// What is read of the notes beside a raster; empty: nothing, as of a raster without any.
+std::string said_beside(const std::string& path) {
+  const std::string pam = pam_of(path);
+  std::error_code error;
+  if (!fs::is_regular_file(pam, error)) return "";
+  const GdalScope scope(Trust::operator_file);  // GDAL passes over one that is no XML, too
+  const CPLXMLTreeCloser tree(CPLParseXMLFile(pam.c_str()));
+  CPLXMLNode* const said = CPLGetXMLNode(tree.get(), "=PAMDataset");
+  if (said == nullptr || !keep_what_is_read(*said)) return "";
+  const std::unique_ptr<char, decltype(&VSIFree)> text(CPLSerializeXMLTree(said), VSIFree);
+  return text.get();
+}
+
 /// FNV-1a, 64 bits: http://www.isthe.com/chongo/tech/comp/fnv
 std::string hash_of(const std::string& text) {
   std::uint64_t hash = 0xcbf29ce484222325;
@@ -63,13 +113,17 @@ std::string state_of_raster(const std::string& path, Trust trust) {
     return own;
   std::set<std::string> parts;
   add_parts(path, parts);
-  if (parts.size() == 1) return own;
   // By names that are the same wherever the command is given.
   std::error_code error;
   const auto whole = [&](const std::string& name) { return fs::absolute(name, error).lexically_normal(); };
   const fs::path folder = whole(path).parent_path();
   std::map<std::string, std::string> states;  // by those names
-  for (const std::string& part : parts) states[whole(part).lexically_relative(folder).string()] = state_of(part);
+  for (const std::string& part : parts) {
+    const std::string name = whole(part).lexically_relative(folder).string();
+    states[name] = state_of(part);
+    if (const std::string said = said_beside(part); !said.empty()) states[pam_of(name)] = said;
+  }
+  if (states.size() == 1) return own;
   std::string all;
   for (const auto& [name, state] : states) all += name + "\n" + state + "\n";
   return own + ", and " + std::to_string(states.size() - 1) + (states.size() == 2 ? " file" : " files") +

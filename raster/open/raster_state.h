@@ -7,7 +7,8 @@
 namespace cordillera::raster {
 
 /// state_of(path); of an operator's own raster also of the files beside it that say where it lies or what is valid (world file,
-/// .prj, .hdr, .msk), and of all rasters that a VRT names. Overviews change no tile, and statistics in an .aux.xml neither.
+/// .prj, .hdr, .msk), of what an .aux.xml says of its place and heights (nodata value, scale, offset, unit, names of bands), and
+/// of all rasters that a VRT names. Overviews change no tile, and statistics in an .aux.xml neither.
 /// Empty: it is not there.
 std::string state_of_raster(const std::string& path, Trust trust);
 

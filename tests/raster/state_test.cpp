@@ -1,5 +1,6 @@
 // Whether a raster is what it was.
 #include <chrono>
+#include <set>
 
 #include "raster/open/raster_state.h"
 #include "raster/storage/storage.h"
@@ -44,6 +45,40 @@ TEST_F(RasterState, is_that_of_its_file_and_of_what_lies_beside_it) {
   for (const char* beside : {"dem.tif.aux.xml", "dem.tif.ovr", "other.tif", "dem.txt"}) write_text("1", beside);
   EXPECT_EQ(state("dem.tif"), before);
   EXPECT_EQ(state("dem.tif", raster::Trust::posted_file), stranger) << "it came alone";
+}
+
+TEST_F(RasterState, is_that_of_what_notes_beside_it_say_of_heights_and_not_of_statistics) {
+  write({}, "dem.tif");
+  write_text(vrt_of("dem.tif"), "all.vrt");
+  const std::string bare = state("dem.tif"), bare_vrt = state("all.vrt");
+  const auto notes = [&](const std::string& dataset, const std::string& band) {
+    write_text("<PAMDataset>" + dataset + "<PAMRasterBand band=\"1\">" + band + "</PAMRasterBand></PAMDataset>",
+               "dem.tif.aux.xml");
+  };
+  const std::string statistics =
+      "<Histograms><HistItem><HistMin>1</HistMin></HistItem></Histograms>"
+      "<Metadata><MDI key=\"STATISTICS_MAXIMUM\">9</MDI></Metadata>";
+  notes("<Metadata domain=\"Esri\"><MDI key=\"PyramidResamplingType\">NEAREST</MDI></Metadata>", statistics);
+  EXPECT_EQ(state("dem.tif"), bare);
+  EXPECT_EQ(state("all.vrt"), bare_vrt);
+  std::set<std::string> states{bare}, of_vrt{bare_vrt};
+  for (const char* said : {"<Offset>500</Offset>", "<Offset>501</Offset>", "<Scale>2</Scale>", "<NoDataValue>1400</NoDataValue>",
+                           "<UnitType>ft</UnitType>", "<Description>elevation</Description>",
+                           "<Metadata><MDI key=\"positive\">down</MDI></Metadata>"}) {
+    notes("", said);
+    const std::string alone = state("dem.tif");
+    EXPECT_TRUE(states.insert(alone).second) << said;
+    EXPECT_TRUE(of_vrt.insert(state("all.vrt")).second) << said;
+    notes("", said + statistics);
+    touch("dem.tif.aux.xml");
+    EXPECT_EQ(state("dem.tif"), alone) << said << ", with statistics";
+  }
+  notes("<SRS>EPSG:4258</SRS>", "");
+  EXPECT_TRUE(states.insert(state("dem.tif")).second);
+  write_text("no XML <", "dem.tif.aux.xml");
+  EXPECT_EQ(state("dem.tif"), bare);
+  fs::remove(path("dem.tif.aux.xml"));
+  EXPECT_EQ(state("dem.tif"), bare);
 }
 
 TEST_F(RasterState, of_a_vrt_is_that_of_all_rasters_below_it) {
