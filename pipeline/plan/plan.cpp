@@ -284,6 +284,12 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
   return plan;
 }
 
+bool shows_sea(proto::Plan plan, const proto::BuildOptions& options, raster::Source& source) {
+  if (!may_have_sea(options, source.description())) return false;
+  plan.set_block_level(static_cast<std::uint32_t>(block_level(plan)));  // as in make_plan
+  return sees_sea(sample_places(plan, source), lattice_of(plan), source);
+}
+
 void use_smaller_blocks(proto::Plan& plan, std::int64_t most) {
   const proto::Lattice lattice = lattice_of(plan);
   const int now = static_cast<int>(plan.block_level());

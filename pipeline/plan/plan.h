@@ -34,6 +34,10 @@ proto::Result<std::pair<int, int>> level_range(const proto::Source& source, cons
 /// No error of a tile of the level is greater, nor need a target be: all that the tile spans, and all relief.
 double greatest_target_m(const proto::Plan& plan, int level);
 
+/// Whether a new plan of the source, with these options, would take 0 for the height of water by itself. plan: another one of the
+/// same source.
+bool shows_sea(proto::Plan plan, const proto::BuildOptions& options, raster::Source& source);
+
 /// Blocks of up to so many finest samples, or the smallest that there can be: a tile of waves, four of exact.
 void use_smaller_blocks(proto::Plan& plan, std::int64_t most);
 
