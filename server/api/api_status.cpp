@@ -22,10 +22,10 @@ namespace {
 constexpr auto kKeepAlive = std::chrono::seconds(10);  // proxies close connections on which nothing moves
 
 /// What is known of a job that has not said anything yet. One that has just begun is told as queued: no stage that it may say
-/// comes before that, so the stages that a client sees never go back.
+/// comes before that, so the stages that a client sees never go back. So is the next change of a dataset that is ready.
 proto::Progress before_the_first(State state) {
   proto::Progress progress;
-  progress.set_stage(to_string(state == State::running ? State::queued : state));
+  progress.set_stage(to_string(state == State::running || state == State::ready ? State::queued : state));
   progress.set_seconds_left(-1);
   return progress;
 }
@@ -46,11 +46,12 @@ ProgressHub::Snapshot with_tiles_told(Service& service, const Dataset& dataset, 
 Json progress_json(const Dataset& dataset, const ProgressHub::Snapshot& now, std::optional<std::size_t> place) {
   const proto::Progress progress =
       place ? before_the_first(State::queued) : now.progress.value_or(before_the_first(dataset.state));
+  const auto rounded = [](double value) { return std::round(1e4 * value) / 1e4; };  // they are sums
   Json json;
   json["stage"] = progress.stage();
-  json["done"] = progress.done();
-  json["total"] = progress.total();
-  json["share"] = std::round(1e4 * now.share) / 1e4;
+  json["done"] = rounded(progress.done());
+  json["total"] = rounded(progress.total());
+  json["share"] = rounded(now.share);
   json["seconds_left"] = progress.seconds_left() < 0 || is_lazy(dataset) ? Json(nullptr) : Json(progress.seconds_left());
   json["place"] = place ? Json(*place) : Json(nullptr);
   return json;

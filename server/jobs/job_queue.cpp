@@ -187,6 +187,15 @@ void JobQueue::tell_who_waits() {
   for (const auto& [id, job] : running_) say_others_wait(id, job);
 }
 
+std::optional<std::size_t> JobQueue::place(const std::string& id) const {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = running_.find(id);
+    if (found != running_.end() && (found->second.work == Work::build || found->second.work == Work::fetch)) return std::nullopt;
+  }
+  return turns_.place(id);
+}
+
 void JobQueue::ask_to_end(const std::string& id) {
   const std::lock_guard lock(mutex_);
   if (const auto running = running_.find(id); running != running_.end()) say_others_wait(id, running->second);

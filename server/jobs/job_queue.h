@@ -97,8 +97,8 @@ class JobQueue {
   void fetch_anew(const std::string& id);
   /// Does something to a dataset's files while nothing is built of them, nor is to be. False: something is.
   bool while_idle(const std::string& id, const std::function<void()>& work);
-  /// Which of those that wait it is, 1 for the next; nullopt: it does not wait.
-  std::optional<std::size_t> place(const std::string& id) const { return turns_.place(id); }
+  /// Which of those that wait it is, 1 for the next; nullopt: it does not wait, or for its own build alone.
+  std::optional<std::size_t> place(const std::string& id) const;
   /// Somebody has asked for tiles of the lattice, and got what is shown of the dataset while it is built: their blocks are made
   /// next, or at all. who: waits where somebody waits for the final tiles. The job is told at once then, as of a lazy dataset
   /// always: once of all of them.
@@ -214,6 +214,7 @@ class JobQueue {
                     const std::atomic<bool>& stop);
   Next settle(const Dataset& dataset, const proto::SourceChange& change, const Outcome& outcome, const Turn& turn);
   void end_turn(const Dataset& dataset, const proto::SourceChange& change, const Outcome& outcome);
+  bool take_back(const Dataset& dataset);
   proto::Result<std::optional<proto::Estimate>> build(const Dataset& dataset, metrics::StageClock& clock,
                                                       const std::atomic<bool>& stop);
 
@@ -230,7 +231,7 @@ class JobQueue {
   updates::Fetch fetch_;
   std::size_t keep_versions_;
   std::function<void(const std::string& id)> published_;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable ended_;
   std::map<std::string, Running> running_;           ///< by id, as long as begin()'s flag lives
   unsigned first_looks_ = 0;                         ///< that wait: at rasters of which nothing is shown

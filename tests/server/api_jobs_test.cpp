@@ -212,6 +212,8 @@ TEST(Api, EventsTellProgressAndTheEnd) {
       test.get("/v1/datasets/" + behind + "/events").next_piece().value_or(""),
       "event: progress\ndata: "
       "{\"stage\":\"queued\",\"done\":0,\"total\":0,\"share\":0,\"seconds_left\":null,\"place\":1,\"state\":\"queued\"}\n\n");
+  test.service().queue().enqueue(id, "");  // as a change does of a dataset that is being built
+  EXPECT_EQ(test.get("/v1/datasets/" + id + "/events").next_piece().value_or(""), first) << "it waits for its own build alone";
   test.send("DELETE", "/v1/datasets/" + behind);
   test.send("DELETE", "/v1/datasets/" + id);
   std::string last;
