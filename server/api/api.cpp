@@ -101,7 +101,7 @@ std::optional<Response> not_as_said(Service& service, const Request& request, co
   const Row dataset = service.find(route.id);
   if (!dataset || !may_see(request, *dataset) || dataset->mounted || updates::refuse(request, *dataset)) return std::nullopt;
   const Response now = before_change(service, request, route);
-  if (now.status == 404) return std::nullopt;
+  if (now.status == 404 || updates::is_repeated(service, request, *dataset)) return std::nullopt;
   const std::string tag = now.header("ETag");
   if (!if_match_holds(request, tag)) return problem_response(condition_failed("If-Match", tag));
   const bool named = none_match && (*none_match == "*" || (!tag.empty() && names_tag(*none_match, tag)));

@@ -3,6 +3,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <mutex>
 
 #include "pipeline/store/sqlite.h"
 #include "pipeline/work/update.h"
@@ -99,18 +100,16 @@ Response listed(Service& service, const Request& request, const Dataset& dataset
     if (!opened.terrain) return opened.refusal;
     json = fixed_json(opened.terrain->manifest());
   }
-  if (const std::string& id = route.item; !id.empty()) {
-    for (Json& one : json["sources"]) {
-      if (one.value("id", "") != id) continue;
-      Json alone = std::move(one);
-      json = std::move(alone);
-      break;
-    }
-    if (json.contains("sources"))
-      return problem_response(
-          {"source-unknown", "dataset " + dataset.id + " has no raster '" + id + "'", "an id that GET …/sources lists", ""});
+  if (route.item.empty()) return guarded_json(std::move(json));
+  for (Json& one : json["sources"]) {
+    if (one.value("id", "") != route.item) continue;
+    // Its tag is another one from when a change is accepted.
+    one["changes"] = Json::array();
+    for (Json& change : json["changes"])
+      if (change["source"] == route.item && change["state"] == "pending") one["changes"].push_back(std::move(change));
+    return guarded_json(std::move(one));
   }
-  return guarded_json(std::move(json));
+  return problem_response(unknown_source(dataset, route.item));
 }
 
 /// Of one that failed nothing was kept, whatever it was posted with.
@@ -170,12 +169,11 @@ proto::Result<std::optional<proto::SourceChange>> earlier(Ledger& ledger, const 
   const proto::SourceChange& now = asked.change;
   if (now.idempotency_key().empty()) return std::optional<proto::SourceChange>();
   const proto::SourceChanges changes = ledger.read(id);
+  const auto request = request_with(now.idempotency_key(), changes);
+  if (request && *request != now.request_hash()) return key_reused(asked.delivery, id, "another request");
   for (const auto* list : {&changes.ended(), &changes.pending()}) {
-    for (const proto::SourceChange& change : *list) {
-      if (change.idempotency_key() != now.idempotency_key()) continue;
-      if (change.request_hash() != now.request_hash()) return key_reused(asked.delivery, id, "another request");
-      return std::optional(change);
-    }
+    for (const proto::SourceChange& change : *list)
+      if (change.idempotency_key() == now.idempotency_key()) return std::optional(change);
   }
   return std::optional<proto::SourceChange>();
 }
@@ -188,6 +186,16 @@ proto::Result<void> bring(const Upload& upload, const fs::path& place) {
   const std::string why = error ? error.message() : std::strerror(errno);
   return Problem{"storage-full", "the raster cannot be put into its place: " + why, "", ""};
 }
+
+/// Why it is not made: what it is of is by now not as its If-Match has it.
+std::optional<Problem> overtaken(Service& service, const Request& request, const Dataset& dataset, const Route& route) {
+  if (!request.headers.contains("if-match")) return std::nullopt;
+  const Response now = listed(service, request, dataset, route);
+  if (now.status == 404 || if_match_holds(request, now.header("ETag"))) return std::nullopt;
+  return condition_failed("If-Match", now.header("ETag"));
+}
+
+std::mutex g_noting;
 
 /// The request, as long as its body may be a raster. What curl -d sends is none; curl --data-binary says the same type of one.
 proto::Result<Request> without_words(const Request& request) {
@@ -203,13 +211,14 @@ Response changed(Service& service, const Request& sent, const Dataset& dataset, 
   if (!raster) return problem_response(raster.problem());
   const Request& request = *raster;
   const Reply good{request.method == "POST" ? 201 : 200, public_path(request, dataset.id)};
-  auto asked = read_change(service.settings(), request, dataset, route, service.ledger().expected(dataset.id));
+  auto asked = read_change(service, request, dataset, route);
   if (!asked) return problem_response(asked.problem());
   Token key;
   if (!asked->delivery.key.empty() && !(key = service.key_token(request.who.name, dataset.id + " " + asked->delivery.key)))
     return problem_response(key_in_use(asked->delivery));
   const auto before = earlier(service.ledger(), dataset.id, *asked);
   if (!before) return problem_response(before.problem());
+  if (!*before && !asked->known) return problem_response(unknown_source(dataset, route.item));
   if (*before && !asked->delivery.upload.empty() && !service.uploads().find(asked->delivery.upload)) {
     return accepted(service, dataset, (*before)->id(), asked->delivery, good);  // made of this very upload
   }
@@ -228,11 +237,15 @@ Response changed(Service& service, const Request& sent, const Dataset& dataset, 
   std::error_code error;
   if (here) source.set_bytes(static_cast<double>(fs::file_size(upload.folder() / upload.raster(), error)));
   const fs::path file = service.layout().dataset(dataset.id) / source.spec().path();
+  // Another request may have been faster while the raster came. One at a time, so that of two with one tag the second is told.
+  std::unique_lock alone(g_noting);
+  if (auto late = overtaken(service, request, dataset, route)) return problem_response(*late);
   const auto noted =
       service.ledger().add(dataset.id, asked->change, service.settings().serve.limits.queue, [&]() -> proto::Result<void> {
         if (!service.registry().find(dataset.id)) return unknown_dataset(dataset.id);  // deleted while the raster came
         return here ? bring(upload, file) : proto::Result<void>();
       });
+  alone.unlock();
   if (!noted) return problem_response(noted.problem());
   log_info("dataset " + dataset.id + ": version " + std::to_string(noted->number()) + " queued", {{"job", dataset.id}});
   service.queue().enqueue(dataset.id, sender(request));
@@ -242,6 +255,15 @@ Response changed(Service& service, const Request& sent, const Dataset& dataset, 
 }
 
 }  // namespace
+
+bool is_repeated(Service& service, const Request& request, const Dataset& dataset) try {
+  const std::string key = own_key(request, request.header("idempotency-key").value_or(""));
+  return !key.empty() && request_with(key, service.ledger().read(dataset.id)) == hash_of(request);
+} catch (const pipeline::StoreError&) { return false; }
+
+Problem unknown_source(const Dataset& dataset, const std::string& source) {
+  return {"source-unknown", "dataset " + dataset.id + " has no raster '" + source + "'", "an id that GET …/sources lists", ""};
+}
 
 std::optional<Problem> refuse(const Request& request, const Dataset& dataset) {
   if (request.who.role >= access::Role::admin || dataset.owner == request.who.name) return std::nullopt;

@@ -17,6 +17,12 @@ proto::Result<void> begin_dataset(Dataset& dataset, const Delivery& delivery, Up
                                   const std::vector<MoreRaster>& more);
 /// What a raster is called by its address: "dem.tif" of https://example.org/dem.tif?x=1 and of …/dem.tif;x=1.
 std::string name_in(const std::string& address);
+/// What a raster is called by where it comes from: an upload's filename, or an address. Empty: nothing says.
+std::string name_of(Service& service, const Delivery& delivery);
+/// Whether this very request was made before with its Idempotency-Key, and is answered as it was then.
+bool is_repeated(Service& service, const Request& request, const Dataset& dataset);
+/// 404: the dataset has no such raster.
+proto::Problem unknown_source(const Dataset& dataset, const std::string& source);
 
 /// …/sources and …/sources/{source}: the rasters, the one that wins first, and changes of them.
 Response sources(Service& service, const Request& request, const Dataset& dataset, const Route& route);

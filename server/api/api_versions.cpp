@@ -49,9 +49,15 @@ proto::Result<std::optional<std::uint32_t>> wanted(const Request& request) {
   return number;
 }
 
-proto::Result<void> go_back(Service& service, const std::string& id, std::optional<std::uint32_t> number) {
+/// note: with the key of the request, if it has one. changes: what else is remembered of the dataset.
+proto::Result<void> go_back(Service& service, const std::string& id, std::optional<std::uint32_t> number, proto::Rollback note,
+                            const proto::SourceChanges& changes) {
   const proto::DatasetVersion served = service.ledger().current(id);
-  if (number == served.number()) return {};
+  const auto noted = [&](std::uint32_t to) {
+    note.set_from(served.number()), note.set_to(to);
+    return note.idempotency_key().empty() ? proto::Result<void>() : note_rollback(service.layout().dataset(id), changes, note);
+  };
+  if (number == served.number()) return noted(*number);
   const auto kept = kept_numbers(service.layout().dataset(id), served);
   const auto found =
       std::find_if(kept.begin(), kept.end(), [&](std::uint32_t one) { return number ? one == *number : one < served.number(); });
@@ -62,9 +68,21 @@ proto::Result<void> go_back(Service& service, const std::string& id, std::option
   }
   const auto version = version_in(kept_store(service.layout().dataset(id), *found));
   if (!version) throw pipeline::StoreError(version.problem().detail);
+  if (const auto written = noted(*found); !written) return written;
   const auto back = roll_back(service.layout(), id, *found);
   service.forget(id);
   return back;
+}
+
+/// What an earlier request with this key did; nullopt: there was none. A problem: another request had it.
+proto::Result<std::optional<proto::Rollback>> earlier_rollback(Ledger& ledger, const std::string& id, const Delivery& delivery,
+                                                               const proto::Rollback& now) {
+  const proto::SourceChanges changes = ledger.read(id);
+  const auto request = request_with(now.idempotency_key(), changes);
+  if (request && *request != now.request_hash()) return key_reused(delivery, id, "another request");
+  for (const proto::Rollback& rollback : changes.rollbacks())
+    if (request && rollback.idempotency_key() == now.idempotency_key()) return std::optional(rollback);
+  return std::optional<proto::Rollback>();
 }
 
 /// A raster that came behind the first, as the dataset keeps it.
@@ -105,10 +123,25 @@ Response versions(Service& service, const Request&, const Dataset& dataset) {
 
 Response rollback(Service& service, const Request& request, const Dataset& dataset) {
   if (auto refused = refuse(request, dataset)) return problem_response(*refused);
-  const auto number = wanted(request);
+  auto number = wanted(request);
   if (!number) return problem_response(number.problem());
+  Delivery delivery;
+  if (auto wrong = read_headers(request, delivery)) return problem_response(*wrong);
+  Token key;
+  if (!delivery.key.empty() && !(key = service.key_token(request.who.name, dataset.id + " " + delivery.key)))
+    return problem_response(key_in_use(delivery));
+  proto::Rollback note;
+  note.set_idempotency_key(own_key(request, delivery.key));
+  note.set_request_hash(hash_of(request));
+  const auto before = earlier_rollback(service.ledger(), dataset.id, delivery, note);
+  if (!before) return problem_response(before.problem());
+  if (*before) {
+    if (service.ledger().current(dataset.id).number() != (*before)->from()) return versions(service, request, dataset);
+    *number = (*before)->to();  // the service was killed in between
+  }
   proto::Result<void> done;
-  const bool idle = service.ledger().while_idle(dataset.id, [&] { done = go_back(service, dataset.id, *number); });
+  const bool idle = service.ledger().while_idle(
+      dataset.id, [&](const proto::SourceChanges& changes) { done = go_back(service, dataset.id, *number, note, changes); });
   if (!idle) {
     return problem_response({"dataset-changing",
                              "changes of dataset " + dataset.id + " are pending; going back would be undone by them",
@@ -173,6 +206,12 @@ std::string name_in(const std::string& address) {
   const std::string path = without_query(address);  // everybody reads the name, and a signature may stand behind ';' too
   const std::string name = path.substr(path.rfind('/') + 1);
   return name.empty() ? "raster" : name;
+}
+
+std::string name_of(Service& service, const Delivery& delivery) {
+  if (!delivery.address.empty()) return name_in(delivery.address);
+  const auto begun = delivery.upload.empty() ? std::nullopt : service.uploads().find(delivery.upload);
+  return begun ? begun->name : "";
 }
 
 }  // namespace cordillera::server::updates

@@ -15,14 +15,15 @@ namespace {
 using proto::Problem;
 
 /// The raster's name and options: those that it had, with those of the request over them.
-std::optional<Problem> take_options(const Settings& server, proto::BuildOptions options, const proto::DatasetSource* old,
+std::optional<Problem> take_options(Service& service, proto::BuildOptions options, const proto::DatasetSource* old,
                                     const Delivery& delivery, proto::SourceSpec& spec) {
+  const Settings& server = service.settings();
   spec.set_name(options.name());
   options.clear_name();
   proto::BuildOptions checked = options;
   checked.set_water_mask(server.build.water_mask());  // not this raster's to ask for
   if (auto refused = apply_policy(server, checked)) return refused;
-  if (spec.name().empty() && !delivery.address.empty()) spec.set_name(name_in(delivery.address));
+  if (spec.name().empty()) spec.set_name(name_of(service, delivery));
   if (spec.name().empty() && old != nullptr) spec.set_name(old->spec().name());
   if (spec.name().empty()) spec.set_name("raster");
   *spec.mutable_options() = options;
@@ -35,23 +36,24 @@ const proto::DatasetSource* find(const std::vector<proto::DatasetSource>& source
   return found == sources.end() ? nullptr : &*found;
 }
 
+}  // namespace
+
 std::string hash_of(const Request& request) {
   std::string text = request.method + " " + request.path;
   for (const auto& [name, value] : request.query) text.append(1, '\n').append(name).append(1, '=').append(value);
   return digest(text);
 }
 
-/// A key is its owner's alone; no header holds the character between them.
 std::string own_key(const Request& request, const std::string& key) {
+  // No header holds the character between them.
   return key.empty() || request.who.name.empty() ? key : request.who.name + '\x1f' + key;
 }
 
-}  // namespace
-
 std::string raster_path(const std::string& name) { return std::string(kSources) + "/" + random_letters(12) + suffix_of(name); }
 
-proto::Result<ChangeRequest> read_change(const Settings& server, const Request& request, const Dataset& dataset,
-                                         const Route& route, const std::vector<proto::DatasetSource>& sources) {
+proto::Result<ChangeRequest> read_change(Service& service, const Request& request, const Dataset& dataset, const Route& route) {
+  const Settings& server = service.settings();
+  const std::vector<proto::DatasetSource> sources = service.ledger().expected(dataset.id);
   ChangeRequest asked;
   proto::SourceChange& change = asked.change;
   proto::DatasetSource& source = *change.mutable_source();
@@ -62,9 +64,7 @@ proto::Result<ChangeRequest> read_change(const Settings& server, const Request& 
   const proto::DatasetSource* old = nullptr;
   if (const std::string& id = route.item; !id.empty()) {
     old = find(sources, id);
-    if (old == nullptr)
-      return Problem{"source-unknown", "dataset " + dataset.id + " has no raster '" + id + "'", "an id that GET …/sources lists",
-                     ""};
+    asked.known = old != nullptr;
     source.set_id(id);
   } else {
     source.set_id(random_letters(8));
@@ -83,7 +83,7 @@ proto::Result<ChangeRequest> read_change(const Settings& server, const Request& 
   if (auto problem = read_layer(change_words(), request.query, Spelling::query, words, words.settings)) return *problem;
   static_cast<RasterWords&>(asked.delivery) = words.raster;
   if (words.position) change.set_position(*words.position);
-  if (auto refused = take_options(server, words.settings.build, old, asked.delivery, *source.mutable_spec())) return *refused;
+  if (auto refused = take_options(service, words.settings.build, old, asked.delivery, *source.mutable_spec())) return *refused;
   const RasterIs raster = request.method == "POST" ? RasterIs::needed : RasterIs::optional;
   if (auto refused = check_delivery(server.serve, request, raster, asked.delivery)) return *refused;
   asked.delivery.key_by_upload();

@@ -79,12 +79,9 @@ proto::Result<Posting> read_posting(Service& service, const Request& request, Ra
     return proto::Problem{"options-conflict", "a dry run keeps nothing that could be updated", "one of them", "updates"};
   }
   const std::string& name = posting.settings.build.name();
-  posting.name = !name.empty() ? name : posting.delivery.address.empty() ? "raster" : updates::name_in(posting.delivery.address);
-  if (!posting.delivery.upload.empty()) {
-    const auto begun = service.uploads().find(posting.delivery.upload);
-    if (name.empty() && begun && !begun->name.empty()) posting.name = begun->name;
-    if (!posting.settings.dry_run) posting.delivery.key_by_upload();
-  }
+  posting.name = name.empty() ? updates::name_of(service, posting.delivery) : name;
+  if (posting.name.empty()) posting.name = "raster";
+  if (!posting.settings.dry_run) posting.delivery.key_by_upload();
   posting.options_hash =
       digest(to_json_line(posting.settings.build) + (posting.settings.dry_run ? "dry" : "") +
              (posting.settings.private_dataset ? "private" : "") + (posting.updates ? "updates" + posting.delivery.address : "") +

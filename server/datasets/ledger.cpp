@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 using proto::Problem;
 
-constexpr int kMostEnded = 50;  // changes whose end is remembered
+constexpr int kMostEnded = 50;  // changes whose end is remembered, and rollbacks
 
 Problem damaged(const fs::path& file, const std::string& why) {
   return {"store-damaged", file.filename().string() + " " + why, "a backup", ""};
@@ -80,6 +80,15 @@ proto::Result<void> write_file(const fs::path& folder, const proto::SourceChange
   if (written.ok()) return {};
   return Problem{"storage-full", "the change cannot be written down: the disk is full or fails",
                  "trying again when there is room", ""};
+}
+
+/// One of those that wait has come to its end.
+void end_pending(proto::SourceChanges& changes, int which, const std::optional<Problem>& problem) {
+  proto::SourceChange& ended = *changes.add_ended();
+  ended = changes.pending(which);
+  if (problem) *ended.mutable_problem() = to_error(*problem);
+  changes.mutable_pending()->DeleteSubrange(which, 1);
+  if (changes.ended_size() > kMostEnded) changes.mutable_ended()->DeleteSubrange(0, changes.ended_size() - kMostEnded);
 }
 
 Problem unknown(const std::string& source) {
@@ -154,6 +163,23 @@ proto::Result<void> begin(const fs::path& folder, proto::SourceChange change) {
   change.set_number(1);
   changes.set_last_number(1);
   *changes.add_pending() = std::move(change);
+  return write_file(folder, changes);
+}
+
+std::optional<std::string> request_with(const std::string& key, const proto::SourceChanges& changes) {
+  std::optional<std::string> found;
+  const auto look = [&](const auto& list) {
+    for (const auto& one : list)
+      if (!key.empty() && one.idempotency_key() == key) found = one.request_hash();
+  };
+  look(changes.ended()), look(changes.pending()), look(changes.rollbacks());
+  return found;
+}
+
+proto::Result<void> note_rollback(const fs::path& folder, proto::SourceChanges changes, const proto::Rollback& rollback) {
+  auto& all = *changes.mutable_rollbacks();
+  *all.Add() = rollback;
+  if (all.size() > kMostEnded) all.DeleteSubrange(0, all.size() - kMostEnded);
   return write_file(folder, changes);
 }
 
@@ -290,14 +316,31 @@ void Ledger::note_waiting(const std::string& id, const std::string& change, cons
 
 proto::Result<void> Ledger::end(const std::string& id, const std::string& ended, const std::optional<Problem>& problem) {
   return change(id, [&](proto::SourceChanges& changes) -> proto::Result<void> {
-    if (changes.pending_size() == 0 || changes.pending(0).id() != ended) return {};
-    proto::SourceChange& done = *changes.add_ended();
-    done = changes.pending(0);
-    if (problem) *done.mutable_problem() = to_error(*problem);
-    changes.mutable_pending()->DeleteSubrange(0, 1);
-    if (changes.ended_size() > kMostEnded) changes.mutable_ended()->DeleteSubrange(0, changes.ended_size() - kMostEnded);
+    if (changes.pending_size() > 0 && changes.pending(0).id() == ended) end_pending(changes, 0, problem);
     return {};
   });
+}
+
+proto::Result<bool> Ledger::take_back(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  const auto tried = tried_.find(id);
+  if (tried == tried_.end()) return false;
+  const fs::path folder = layout_.dataset(id);
+  auto changes = read_file(folder);
+  const auto served = changes ? served_in(folder, *changes) : changes.problem();
+  if (!served || !*served || changes->pending_size() == 0) return false;
+  const proto::SourceChange& added = changes->pending(0);
+  if (added.kind() != "add" || added.id() != tried->second.change) return false;
+  auto& pending = *changes->mutable_pending();
+  const auto removed = std::ranges::find_if(pending, [&](const proto::SourceChange& change) {
+    return change.kind() == "remove" && change.source().id() == added.source().id();
+  });
+  if (removed == pending.end()) return false;
+  removed->set_number((*served)->number());  // which stays
+  end_pending(*changes, static_cast<int>(removed - pending.begin()), std::nullopt);
+  end_pending(*changes, 0, tried->second.problem);
+  const auto written = write_file(folder, *changes);
+  return written.ok() ? proto::Result<bool>(true) : written.problem();
 }
 
 void Ledger::tidy(const std::string& id, std::size_t keep) {
@@ -352,10 +395,11 @@ void Ledger::apart(const std::function<void()>& work) {
   work();
 }
 
-bool Ledger::while_idle(const std::string& id, const std::function<void()>& work) {
+bool Ledger::while_idle(const std::string& id, const std::function<void(const proto::SourceChanges&)>& work) {
   const std::lock_guard lock(mutex_);
-  if (value_of(read_file(layout_.dataset(id))).pending_size() > 0) return false;
-  work();
+  const proto::SourceChanges changes = value_of(read_file(layout_.dataset(id)));
+  if (changes.pending_size() > 0) return false;
+  work(changes);
   return true;
 }
 

@@ -51,6 +51,12 @@ proto::Result<std::optional<proto::DatasetVersion>> version_in(const std::filesy
 /// Puts the first change of a dataset into a folder that nobody knows of yet.
 proto::Result<void> begin(const std::filesystem::path& folder, proto::SourceChange change);
 
+/// What the request asked for that had this key: the hash of it; nullopt: none that is remembered had it.
+std::optional<std::string> request_with(const std::string& key, const proto::SourceChanges& changes);
+/// Within Ledger::while_idle, whose changes these are.
+proto::Result<void> note_rollback(const std::filesystem::path& folder, proto::SourceChanges changes,
+                                  const proto::Rollback& rollback);
+
 /// The rasters after a change. Problems: "source-unknown", "source-last".
 proto::Result<std::vector<proto::DatasetSource>> applied(std::vector<proto::DatasetSource> sources,
                                                          const proto::SourceChange& change);
@@ -85,13 +91,16 @@ class Ledger {
   void note_waiting(const std::string& id, const std::string& change, const proto::Problem& problem);
   /// The first change came to its end.
   proto::Result<void> end(const std::string& id, const std::string& change, const std::optional<proto::Problem>& problem);
+  /// A raster whose addition was tried in vain and whose removal waits: the one comes to its end with what kept it from being
+  /// done, the other is done. False: there is none.
+  proto::Result<bool> take_back(const std::string& id);
   /// Removes what neither a version nor a pending change names; versions/ keeps the first `keep` of kept_numbers(). Where it
   /// cannot be told what they name, no raster goes. What is shown of a first version while it is made stays.
   void tidy(const std::string& id, std::size_t keep);
   /// Runs while no change comes or goes.
   void apart(const std::function<void()>& work);
   /// Runs while no change comes or goes, if none is pending. False: one is.
-  bool while_idle(const std::string& id, const std::function<void()>& work);
+  bool while_idle(const std::string& id, const std::function<void(const proto::SourceChanges&)>& work);
 
  private:
   proto::Result<void> change(const std::string& id, const std::function<proto::Result<void>(proto::SourceChanges&)>& edit);

@@ -14,6 +14,7 @@ JobQueue::Next JobQueue::take_change(const Dataset& dataset, const Turn& turn, c
   const bool served = dataset.state == State::ready;
   const auto change = ledger_.first(id);
   if (!change) return Next::done;
+  if (take_back(dataset)) return ledger_.first(id) ? Next::again : Next::done;
   if (!served) registry_.set_state(id, State::running, std::nullopt);
   hub_.touch(id);
   log_info("dataset " + id + ": version " + std::to_string(change->number()) + " started");
@@ -34,6 +35,7 @@ JobQueue::Next JobQueue::settle(const Dataset& dataset, const proto::SourceChang
   if (!outcome && is_passing(outcome.problem(), turn.attempt)) {
     if (!served) registry_.set_state(id, State::queued, outcome.problem());
     ledger_.note_waiting(id, change.id(), outcome.problem());
+    if (take_back(dataset)) return ledger_.first(id) ? Next::again : Next::done;
     hub_.touch(id);
     log_warning("dataset " + id + ": " + outcome.problem().line() + "; tried again later");
     retry_later(turn);
@@ -45,6 +47,20 @@ JobQueue::Next JobQueue::settle(const Dataset& dataset, const proto::SourceChang
   }
   end_turn(dataset, change, outcome);
   return ledger_.first(id) ? Next::again : Next::done;
+}
+
+/// Of a raster that does not fit and whose removal waits: nothing is built for either. False: there is none.
+bool JobQueue::take_back(const Dataset& dataset) {
+  const std::string& id = dataset.id;
+  if (dataset.state != State::ready) return false;
+  const auto taken = ledger_.take_back(id);
+  if (!taken) throw RegistryError(taken.problem().detail);  // tried again
+  if (!*taken) return false;
+  ledger_.tidy(id, keep_versions_);
+  metrics_.versions.add(1, {"failed"});
+  log_info("dataset " + id + ": a raster that there was no room for is taken back");
+  hub_.ended(id);
+  return true;
 }
 
 /// Whether the next change brings a raster that still stands at its address alone.

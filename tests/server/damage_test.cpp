@@ -10,6 +10,7 @@
 #include "pipeline/faces/face.h"
 #include "pipeline/store/sqlite.h"
 #include "pipeline/store/store_schema.h"
+#include "server/api/change_request.h"
 #include "server/datasets/ledger.h"
 #include "tests/server/fixture.h"
 
@@ -223,6 +224,44 @@ TEST_F(DamagedNote, EndsAChangeThatIsPending) {
   EXPECT_NE(service_.service().ledger().read(id_).ended(1).problem().type().find("store-damaged"), std::string::npos);
   EXPECT_EQ(file_text(store()), before);
   EXPECT_TRUE(both_there());
+}
+
+class NoteOfAVersion : public DamagedNote {};
+
+TEST_F(NoteOfAVersion, AndAChangeBehindItThatHasNotBegunIsQueued) {
+  service_.start();
+  proto::SourceChange change;
+  change.set_id("third");
+  change.set_kind("add");
+  change.mutable_source()->set_id("two");
+  ASSERT_TRUE(service_.service().ledger().add(id_, change, 10, [] { return proto::Result<void>(); }));
+  const Json status = body_of(service_.get(path()));
+  EXPECT_EQ(status["state"], "ready");
+  EXPECT_EQ(status["progress"]["stage"], "queued") << "nobody has begun with it";
+}
+
+/// It is written down first: what a kill kept from being done is done when the client asks again, and never twice.
+TEST_F(NoteOfAVersion, AndARollbackThatAKillInterruptedIsDoneOnce) {
+  Request back;
+  back.method = "POST";
+  back.path = path() + "/rollback";
+  back.headers = {{"idempotency-key", "back"}};
+  proto::SourceChanges changes;
+  changes.set_last_number(2);
+  changes.add_ended()->set_id("second");
+  proto::Rollback& noted = *changes.add_rollbacks();
+  noted.set_idempotency_key("back");
+  noted.set_request_hash(updates::hash_of(back));
+  noted.set_from(2);
+  noted.set_to(1);
+  put_changes(changes);
+  service_.start();
+  for (int sent = 0; sent < 2; ++sent) {
+    const Response answer = service_.api().handle(back);
+    EXPECT_EQ(answer.status, 200) << answer.body;
+    EXPECT_EQ(service_.service().ledger().current(id_).number(), 1U);
+    EXPECT_FALSE(fs::exists(kept()));
+  }
 }
 
 /// With a flipped bit the list would say something else: another raster, another number, no change at all.

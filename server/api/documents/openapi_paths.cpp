@@ -169,6 +169,7 @@ void describe_sources(Operations& all) {
   all["versions"] = {"The version that is served, and earlier ones that are kept", guarded("The versions", "versions")};
   all["rollback"] = {"Serve an earlier version again, the one before if none is named", guarded("The versions", "versions"),
                      Json::array({counted(query("to", "number of a kept version"), 1, UINT32_MAX),
+                                  header("Idempotency-Key", "the same key with the same request goes back once"),
                                   header("If-Match", "the ETag of the versions; if it is another by now, the answer is 412")})};
 }
 

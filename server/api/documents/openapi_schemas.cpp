@@ -132,6 +132,8 @@ Json sources_schemas(Json all) {
       {"description", "true where the dataset's bbox does not touch it, so that it adds nothing; else left out"}};
   source["all_void"] = {{"type", "boolean"}, {"description", "true where none of its pixels has data, else left out"}};
   source["options"] = {{"type", "object"}, {"description", "those that were given to this raster"}};
+  source["changes"] = list_of("change");
+  source["changes"]["description"] = "those of it that wait; in the list of rasters, which has all changes, left out";
   all["source"] = object(source, Json::array_t{"name", "position"});
   Json change;
   change["id"] = text("names the change");

@@ -63,16 +63,6 @@ std::optional<proto::Problem> check_body(const Request& request, RasterIs raster
   return std::nullopt;
 }
 
-std::optional<proto::Problem> check_headers(const Request& request, Delivery& delivery) {
-  delivery.key = request.header("idempotency-key").value_or("");
-  if (delivery.key.size() > 255 || !is_utf8(delivery.key)) {
-    return proto::Problem{"option-invalid", "the Idempotency-Key is too long or not text", "up to 255 characters",
-                          "Idempotency-Key"};
-  }
-  delivery.wait = std::min(preferred_wait(request).value_or(std::chrono::seconds(0)), kLongestPost);
-  return std::nullopt;
-}
-
 /// What a query says of upload= and source=, as far as it can be wrong without a look at the service.
 std::optional<proto::Problem> check_words(const RasterWords& words) {
   if (!words.upload.empty() && !words.address.empty()) {
@@ -135,13 +125,23 @@ proto::Problem key_in_use(const Delivery& delivery) {
           "trying again later", by_upload ? "upload" : "Idempotency-Key"};
 }
 
+std::optional<proto::Problem> read_headers(const Request& request, Delivery& delivery) {
+  delivery.key = request.header("idempotency-key").value_or("");
+  if (delivery.key.size() > 255 || !is_utf8(delivery.key)) {
+    return proto::Problem{"option-invalid", "the Idempotency-Key is too long or not text", "up to 255 characters",
+                          "Idempotency-Key"};
+  }
+  delivery.wait = std::min(preferred_wait(request).value_or(std::chrono::seconds(0)), kLongestPost);
+  return std::nullopt;
+}
+
 std::optional<proto::Problem> check_delivery(const ServeSettings& settings, const Request& request, RasterIs raster,
                                              Delivery& delivery) {
   if (auto refused = check_words(delivery)) return refused;
   if (!delivery.address.empty()) {
     if (const auto allowed = updates::check_address(settings, delivery.address); !allowed) return allowed.problem();
   }
-  if (auto refused = check_headers(request, delivery)) return refused;
+  if (auto refused = read_headers(request, delivery)) return refused;
   return check_body(request, raster, most_bytes(settings.limits), delivery);
 }
 

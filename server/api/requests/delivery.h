@@ -29,6 +29,8 @@ enum class RasterIs { needed, optional };
 proto::Problem several_sources();
 /// 415: where a raster is to come stand words, which belong into the query. what: that they are.
 proto::Problem words_for_raster(const std::string& what);
+/// Idempotency-Key and Prefer.
+std::optional<proto::Problem> read_headers(const Request& request, Delivery& delivery);
 /// Reads the headers, and checks that what the query names and what was announced may come.
 std::optional<proto::Problem> check_delivery(const ServeSettings& settings, const Request& request, RasterIs raster,
                                              Delivery& delivery);
