@@ -160,6 +160,8 @@ std::vector<std::string> words_of(const std::string& line) {
 }
 
 Listed in_text(const std::string& list, const std::string& text) {
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  if (first != text.npos && text[first] == '<') return invalid(list, "is a page or another XML text, not a list of rasters");
   Sources sources;
   std::istringstream lines(text);
   int number = 0;

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "pipeline/store/sqlite.h"
+#include "proto/utf8.h"
 #include "raster/disk/write_all.h"
 #include "server/api/api.h"
 #include "server/api/api_updates.h"
@@ -11,6 +12,7 @@
 #include "server/fetch/addresses.h"
 #include "server/http/conditions.h"
 #include "server/http/digest.h"
+#include "server/http/percent.h"
 #include "server/jobs/source_json.h"
 #include "server/jobs/turn.h"
 #include "server/log/log.h"
@@ -204,8 +206,9 @@ proto::Result<void> begin_dataset(Dataset& dataset, const Delivery& delivery, Up
 
 std::string name_in(const std::string& address) {
   const std::string path = without_query(address);  // everybody reads the name, and a signature may stand behind ';' too
-  const std::string name = path.substr(path.rfind('/') + 1);
-  return name.empty() ? "raster" : name;
+  const std::string escaped = path.substr(path.rfind('/') + 1), name = percent_decoded(escaped, AddressPart::path);
+  if (escaped.empty()) return "raster";
+  return proto::is_utf8(name) ? name : escaped;
 }
 
 std::string name_of(Service& service, const Delivery& delivery) {

@@ -123,6 +123,14 @@ TEST_F(SourceList, a_damaged_geopackage_is_told_as_a_raster) {
   EXPECT_EQ(names(cut), Names{"cut.gpkg"});
 }
 
+// A server's page under the name of a list.
+TEST_F(SourceList, a_page_is_told_as_one) {
+  write_text("\n<!DOCTYPE html>\n<p class=x>not found</p>\n", "list.txt");
+  const auto listed = raster::list_sources(path("list.txt"));
+  ASSERT_FALSE(listed.ok());
+  EXPECT_NE(listed.problem().detail.find("is a page or another XML text"), std::string::npos) << listed.problem().detail;
+}
+
 TEST_F(SourceList, a_list_that_is_none_is_refused) {
   EXPECT_EQ(names(path("missing.txt")), Names{"sources-invalid"});
   EXPECT_EQ(names(write_text("a.tif crs\n", "a.txt")), Names{"sources-invalid"});

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "server/api/api_updates.h"
 #include "server/fetch/addresses.h"
 #include "server/fetch/apart.h"
 #include "server/fetch/http_get.h"
@@ -50,6 +51,13 @@ TEST(Fetch, WhatOnlyLooksLikeItIsAllowed) {
                               "https://host/tiles/100%25/a%2520b.tif", "https://host/tiles/a.tif?sig=%252e%00"}) {
     EXPECT_TRUE(check_address(allowing(), address)) << address;
   }
+}
+
+TEST(Fetch, ARasterIsCalledAsItsAddressReads) {
+  EXPECT_EQ(name_in("https://host/tiles/%C3%A9l%C3%A9v%20a.tif?x=%41"), "\xc3\xa9l\xc3\xa9v a.tif");
+  EXPECT_EQ(name_in("https://host/tiles/100%25.tif;x=1"), "100%.tif");
+  EXPECT_EQ(name_in("https://host/tiles/%E9.tif"), "%E9.tif") << "no UTF-8";
+  EXPECT_EQ(name_in("https://host/tiles/"), "raster");
 }
 
 TEST(Fetch, WhatHasToBeEscapedIsSaid) {
