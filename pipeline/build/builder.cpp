@@ -98,7 +98,7 @@ proto::Result<void> Builder::prepare() {
   if (const auto begun = sources_.open(workers_.threads(), open); !begun.ok()) return begun;
   if (const auto mask = water_.open(); !mask.ok()) return mask;
   if (plan_.exact() && (!has_levels_above(plan_) || merged_at_once(plan_))) return {};
-  return tiles_.open(room_.device, plan_.exact() ? gpu::kStrategies.front() : named_strategy(plan_.options()));
+  return tiles_.open(room_.device, plan_.exact() ? gpu::kStrategies.front() : strategy_of(plan_));
 }
 
 void Builder::use(const proto::Plan& plan, bool alone) {

@@ -15,10 +15,9 @@
 namespace cordillera::pipeline {
 namespace {
 
-/// A dataset of so few finest tiles is its own sample.
-constexpr std::size_t kWholeTiles = 24;
-/// Else blocks of the finest tiles below a node so many levels up, spread over the data. The search begins with the first few.
-/// One of exact is a tile that reaches as far up as it likes; where tiles are made one by one it ends at its node.
+/// Of a dataset of more than kWholeTiles: blocks of the finest tiles below a node so many levels up, spread over the data. The
+/// search begins with the first few. One of exact is a tile that reaches as far up as it likes; where tiles are made one by one
+/// it ends at its node.
 struct SampleSize {
   std::size_t blocks, first;
   int levels_up;
@@ -29,6 +28,7 @@ constexpr int kMostRunsOfFirst = 7, kMostRunsOfAll = 4;  // one of which often i
 /// To the finest level's share, relative; each coarser level may be that much farther off than the one below it.
 constexpr double kClose = 0.01, kLessClose = 1.5;
 constexpr double kFewTriangles = 4;                  // are close, too
+constexpr double kLongWay = 1.25;                    // between two tolerances that leave as many triangles
 constexpr double kLongestStep = 32;                  // of a tolerance, from run to run
 constexpr double kLeastPower = 0.3, kMostPower = 8;  // of a tolerance, that the odds of a triangle fall by
 /// A level is made of the one below it: what was learned of its tolerance is forgotten where that has changed by as much.
@@ -44,7 +44,7 @@ double rounded(double value) {
 
 /// What a tolerance gave.
 struct Tried {
-  double target = 0, odds = 0;
+  double target = 0, triangles = 0;
 };
 
 /// The search for a level's tolerance. Where few triangles of the grid are left, they go as some power of it, and where nearly
@@ -55,43 +55,48 @@ struct SearchedLevel {
   double least = 0, most = 0;   ///< tolerances that there can be
   double target = 0;            ///< to be tried next
   double power = 1;             ///< of the tolerance, that the odds have fallen by
+  double useless = INFINITY;    ///< tolerances from here on leave no fewer triangles than this one
   std::optional<Tried> last, too_many, too_few;
 
   /// Whether nothing better is to be had: rims and sides need what they need, and even ground has no more.
   bool is_there(double triangles) const {
-    return std::abs(triangles - wanted) < std::max(close * wanted, kFewTriangles) || (triangles > wanted && target >= most) ||
-           (triangles < wanted && target <= least);
+    return std::abs(triangles - wanted) < std::max(close * wanted, kFewTriangles) ||
+           (triangles > wanted && (target >= most || target == useless)) || (triangles < wanted && target <= least);
   }
   double off(double triangles) const { return is_there(triangles) ? 0 : std::abs(std::log(std::max(triangles, 1.0) / wanted)); }
 
   /// What follows of target, which gave so many.
   void learn(double triangles) {
-    const Tried now{target, odds(triangles)};
+    const Tried now{target, triangles};
+    // Rims and sides need what they need: more than that would only be farther off.
+    if (last && triangles > wanted && triangles >= last->triangles && target > kLongWay * last->target) useless = last->target;
     (triangles > wanted ? too_many : too_few) = now;
     double next = beyond(now);
     if (too_many && too_few && !(next > too_many->target && next < too_few->target)) next = between(*too_many, *too_few);
     last = now;
-    target = std::clamp(rounded(next), least, most);
+    if (is_there(triangles)) return;
+    target = std::min(std::clamp(rounded(next), least, most), useless);
   }
   void forget_bounds() { too_many.reset(), too_few.reset(); }
-  void forget_all_but_power() { forget_bounds(), last.reset(); }
+  void forget_all_but_power() { forget_bounds(), last.reset(), useless = INFINITY; }
 
  private:
   double odds(double triangles) const {
-    constexpr double kMost = 0.995;
-    const double share = std::clamp(triangles / grid, 1 / grid, kMost);
-    return share / (1 - share);
+    const double left = std::clamp(triangles, 0.5, std::max(grid - 0.5, 0.5));
+    return left / std::max(grid - left, 0.5);
   }
   /// Not too near to either: that would teach little.
   double between(const Tried& a, const Tried& b) const {
     constexpr double kLeastShare = 0.05;
-    const double share = std::log(a.odds / odds(wanted)) / std::log(a.odds / b.odds);
+    const double from = odds(a.triangles), to = odds(b.triangles);
+    const double share = from == to ? 0.5 : std::log(from / odds(wanted)) / std::log(from / to);
     return a.target * std::pow(b.target / a.target, std::clamp(share, kLeastShare, 1 - kLeastShare));
   }
   double beyond(const Tried& now) {
     if (last && last->target != now.target)
-      power = std::clamp(-std::log(now.odds / last->odds) / std::log(now.target / last->target), kLeastPower, kMostPower);
-    const double step = std::pow(now.odds / odds(wanted), 1 / power);
+      power = std::clamp(-std::log(odds(now.triangles) / odds(last->triangles)) / std::log(now.target / last->target),
+                         kLeastPower, kMostPower);
+    const double step = std::pow(odds(now.triangles) / odds(wanted), 1 / power);
     return now.target * std::clamp(step, 1 / kLongestStep, kLongestStep);
   }
 };
@@ -206,7 +211,7 @@ class Pilot {
     for (std::size_t up = 0; up < levels.size(); ++up)
       levels[up].grid = grid, levels[up].wanted = kept_share(plan_.options(), static_cast<int>(up)) * grid;
     double least_off = INFINITY;
-    proto::Plan best;
+    proto::Plan best = plan_;
     for (int run = 0; run < most_runs && least_off > 0; ++run) {
       for (std::size_t up = 0; up < levels.size(); ++up) {
         if (up > 0) levels[up].target = std::clamp(levels[up].target, levels[up - 1].target, levels[up].most);

@@ -12,9 +12,11 @@ namespace cordillera::pipeline {
 /// repeated.
 double kept_share(const proto::BuildOptions& options, int levels_up);
 
-/// What the search costs, for who estimates it: so many finest tiles are built so often.
+/// What the search costs, for who estimates it: of a dataset of more than kWholeTiles so many finest tiles are built so often, of
+/// others all of them kPilotRunsOfWhole times.
 inline constexpr std::size_t kPilotTiles = 64;
-inline constexpr double kPilotRuns = 3;
+inline constexpr std::size_t kWholeTiles = 24;
+inline constexpr double kPilotRuns = 3, kPilotRunsOfWhole = 5;
 
 /// Sets the targets of all levels of plan (and what derives from them) by building a few blocks, spread over the data, again and
 /// again. The whole dataset is the sample when it is small. Deterministic: a function of source and plan alone. builder makes the

@@ -90,12 +90,14 @@ void fill_in(const proto::Plan& plan, const std::vector<LevelSum>& sums, proto::
   manifest.set_bytes(all.drc);
 }
 
-/// A build's seconds: its tiles on all threads, and before them, on one, the search for shares.
+/// A build's seconds, and before it those of the search for shares; all threads take part in both.
 double seconds_for(const Sampled& sampled, const std::vector<LevelSum>& sums, unsigned threads, bool shares) {
-  const double cpu = sampled.cpu_seconds * sampled.scale();
-  const double pilot =
-      shares && sums[0].tiles > 0 ? kPilotRuns * cpu * std::min(1.0, static_cast<double>(kPilotTiles) / sums[0].tiles) : 0;
-  return cpu / threads + pilot;
+  const double cpu = sampled.cpu_seconds * sampled.scale(), tiles = sums[0].tiles;
+  const double part = static_cast<double>(kPilotTiles) / std::max(tiles, 1.0);
+  const double runs = !shares                                     ? 0
+                      : tiles <= static_cast<double>(kWholeTiles) ? kPilotRunsOfWhole
+                                                                  : kPilotRuns * std::min(1.0, part);
+  return (1 + runs) * cpu / threads;
 }
 
 }  // namespace

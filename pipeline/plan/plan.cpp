@@ -152,10 +152,14 @@ void plan_exact_blocks(proto::Plan& plan) {
 proto::Lattice lattice_of(const proto::Plan& plan) { return {static_cast<int>(plan.finest_level())}; }
 
 std::string named_strategy(const proto::BuildOptions& options) {
-  return is_automatic(options) ? gpu::kStrategies.front() : options.strategy();
+  return is_automatic(options) ? std::string(gpu::kExact) : options.strategy();
 }
 
-std::string strategy_of(const proto::Plan& plan) { return plan.exact() ? gpu::kExact : named_strategy(plan.options()); }
+/// Of a plan of before, auto may be the strategy of tiles one by one.
+std::string strategy_of(const proto::Plan& plan) {
+  if (plan.exact()) return gpu::kExact;
+  return is_automatic(plan.options()) ? gpu::kStrategies.front() : plan.options().strategy();
+}
 
 const proto::LevelPlan* find_level(const proto::Plan& plan, int level) {
   const auto& levels = plan.levels();

@@ -52,7 +52,7 @@ proto::Lattice lattice_of(const proto::Plan& plan);
 /// Lattice vertices of its window, both ends included: where data goes around the earth, one more than the circle has.
 std::int64_t columns_of(const proto::Plan& plan);
 std::int64_t rows_of(const proto::Plan& plan);
-/// What builds where exact was not chosen: the strategy that is named, else the default one.
+/// The strategy that is named, else the default one.
 std::string named_strategy(const proto::BuildOptions& options);
 /// Of gpu::kStrategies: what builds.
 std::string strategy_of(const proto::Plan& plan);

@@ -60,7 +60,7 @@ TEST_P(Keep, of_everything_is_built_on_even_ground) {
   options.set_min_level(10);
   const Built built = build_dem(plane, options);
   EXPECT_THAT(judge(built, kAllSamples), IsEmpty());
-  EXPECT_GT(built.triangles(built.lattice.finest_level), 0u);
+  EXPECT_EQ(built.manifest.levels(0).tolerance(), 0.01) << "the least that there is";
 }
 
 TEST_P(Keep, works_with_holes) {
@@ -70,6 +70,31 @@ TEST_P(Keep, works_with_holes) {
   const Built built = build_dem(points_of({13, 9000 * kTile + 99, 6000 * kTile + 77}, 500, 400, height), options);
   EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty());
   EXPECT_NEAR(static_cast<double>(built.triangles(13)) / (0.3 * grid_triangles(built)), 1, 0.1);
+}
+
+// Rims and corners stay, whatever the tolerance: to ask for fewer ends where nothing more goes, and no later than at what an
+// error of a quarter of a cell would allow.
+TEST_P(Keep, of_less_than_the_outline_needs_is_no_farther_off_for_it) {
+  const HeightOf ground = rough(52);
+  const Built built = build_dem(points_of({13, 9000 * kTile + 99, 6000 * kTile + 77}, 150, 9, ground), shares({0.5, 0.25, 0.01}));
+  EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty());
+  for (const proto::LevelSummary& level : built.manifest.levels())
+    EXPECT_LE(level.tolerance(), std::ldexp(2.5, 13 - static_cast<int>(level.level()))) << "level " << level.level();
+}
+
+// Where nearly all of the ground has steps of many metres, and the rest of a metre, a hair of tolerance more or less is the same
+// to all vertices. No next try followed from two that leave as many.
+TEST_P(Keep, of_ground_that_has_steps_of_two_sizes_is_built) {
+  const auto steps = [](int c, int r) {
+    const double height = c >= 92 ? 1 : c >= 88 ? 0.05 * std::pow(40, r / 100.0) : 30 + (c * 7 + r * 13) % 20;
+    return 100 + ((c + r) % 2 ? height : -height);
+  };
+  for (const double share : {0.996, 0.9975, 0.999}) {
+    proto::BuildOptions options = shares({share, 0.3});
+    options.set_min_level(12);
+    const Built built = build_dem(points_of({13, 9000 * kTile, 6000 * kTile}, 100, 100, steps), options);
+    EXPECT_THAT(judge(built, {20000, 0}), IsEmpty()) << share;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Names, Keep, testing::Values("exact", "waves"));
