@@ -15,8 +15,8 @@ class Ledger;
 /// more: rasters behind it, in the upload's folder.
 proto::Result<void> begin_dataset(Dataset& dataset, const Delivery& delivery, Upload& upload,
                                   const std::vector<MoreRaster>& more);
-/// What a raster is called by its address: "dem.tif" of https://example.org/dem.tif?x=1 and of …/dem.tif;x=1. Escapes are decoded, where
-/// that gives UTF-8.
+/// What a raster is called by its address: "dem.tif" of https://example.org/dem.tif?x=1 and of …/dem.tif;x=1.
+/// Escapes are decoded, where that gives UTF-8.
 std::string name_in(const std::string& address);
 /// What a raster is called by where it comes from: an upload's filename, or an address. Empty: nothing says.
 std::string name_of(Service& service, const Delivery& delivery);
