@@ -122,9 +122,9 @@ class Pilot {
   proto::Result<void> choose_blocks() {
     const int block_level = static_cast<int>(plan_.block_level());
     const SampleSize size = plan_.exact() ? kSample : kSampleOfTiles;
-    const bool whole = touched_tiles(plan_, finest_).size() <= kWholeTiles;
+    const bool whole = touched_count(plan_, finest_) <= 4.0 * kWholeTiles && touched_tiles(plan_, finest_).size() <= kWholeTiles;
     top_ = whole ? block_level : std::max(block_level, finest_ - size.levels_up);
-    const std::vector<proto::TileAddress> all = touched_tiles(plan_, top_);
+    const std::vector<proto::TileAddress> all = nodes_to_choose_from();
     const std::size_t wanted = whole ? all.size() : std::min(size.blocks, all.size());
     builder_.use(sampled(), true);
     for (std::size_t k = 0; k < wanted; ++k) {
@@ -142,6 +142,17 @@ class Pilot {
     first_ = whole ? blocks_.size() : std::min(size.first, blocks_.size());
     sampled_ = plan_.exact() && !whole ? levels_with_triangles() : finest_ - top_ + 1;
     return {};
+  }
+
+  /// Of the level of the sample's nodes; of very many one in each node of a coarser level.
+  std::vector<proto::TileAddress> nodes_to_choose_from() const {
+    constexpr double kMostListed = 1 << 18;
+    int listed = top_;
+    while (listed > 0 && touched_count(plan_, listed) > kMostListed) --listed;
+    std::vector<proto::TileAddress> nodes = touched_tiles(plan_, listed);
+    const int down = top_ - listed, middle = down == 0 ? 0 : 1 << (down - 1);
+    for (proto::TileAddress& node : nodes) node = {top_, (node.x << down) + middle, (node.y << down) + middle};
+    return nodes;
   }
 
   /// So that the first ones are spread over the data, too.
