@@ -321,26 +321,29 @@ proto::Result<void> Ledger::end(const std::string& id, const std::string& ended,
   });
 }
 
-proto::Result<bool> Ledger::take_back(const std::string& id) {
+proto::Result<std::optional<Problem>> Ledger::take_back(const std::string& id) {
   const std::lock_guard lock(mutex_);
+  const std::optional<Problem> none;
   const auto tried = tried_.find(id);
-  if (tried == tried_.end()) return false;
+  if (tried == tried_.end()) return none;
   const fs::path folder = layout_.dataset(id);
   auto changes = read_file(folder);
   const auto served = changes ? served_in(folder, *changes) : changes.problem();
-  if (!served || !*served || changes->pending_size() == 0) return false;
+  if (!served || !*served || changes->pending_size() == 0) return none;
   const proto::SourceChange& added = changes->pending(0);
-  if (added.kind() != "add" || added.id() != tried->second.change) return false;
+  if (added.kind() != "add" || added.id() != tried->second.change) return none;
+  if ((*served)->change() == added.id()) return none;  // it failed after the version had come into its place
   auto& pending = *changes->mutable_pending();
   const auto removed = std::ranges::find_if(pending, [&](const proto::SourceChange& change) {
     return change.kind() == "remove" && change.source().id() == added.source().id();
   });
-  if (removed == pending.end()) return false;
+  if (removed == pending.end()) return none;
   removed->set_number((*served)->number());  // which stays
   end_pending(*changes, static_cast<int>(removed - pending.begin()), std::nullopt);
   end_pending(*changes, 0, tried->second.problem);
   const auto written = write_file(folder, *changes);
-  return written.ok() ? proto::Result<bool>(true) : written.problem();
+  if (!written.ok()) return written.problem();
+  return std::optional(tried->second.problem);
 }
 
 void Ledger::tidy(const std::string& id, std::size_t keep) {

@@ -92,8 +92,8 @@ class Ledger {
   /// The first change came to its end.
   proto::Result<void> end(const std::string& id, const std::string& change, const std::optional<proto::Problem>& problem);
   /// A raster whose addition was tried in vain and whose removal waits: the one comes to its end with what kept it from being
-  /// done, the other is done. False: there is none.
-  proto::Result<bool> take_back(const std::string& id);
+  /// done, which is told here too, the other is done. nullopt: there is none.
+  proto::Result<std::optional<proto::Problem>> take_back(const std::string& id);
   /// Removes what neither a version nor a pending change names; versions/ keeps the first `keep` of kept_numbers(). Where it
   /// cannot be told what they name, no raster goes. What is shown of a first version while it is made stays.
   void tidy(const std::string& id, std::size_t keep);

@@ -49,7 +49,7 @@ JobQueue::Next JobQueue::settle(const Dataset& dataset, const proto::SourceChang
   return ledger_.first(id) ? Next::again : Next::done;
 }
 
-/// Of a raster that does not fit and whose removal waits: nothing is built for either. False: there is none.
+/// Of a raster that could not be added and whose removal waits: nothing is built for either. False: there is none.
 bool JobQueue::take_back(const Dataset& dataset) {
   const std::string& id = dataset.id;
   if (dataset.state != State::ready) return false;
@@ -58,7 +58,7 @@ bool JobQueue::take_back(const Dataset& dataset) {
   if (!*taken) return false;
   ledger_.tidy(id, keep_versions_);
   metrics_.versions.add(1, {"failed"});
-  log_info("dataset " + id + ": a raster that there was no room for is taken back");
+  log_info("dataset " + id + ": a raster that could not be added is taken back: " + (*taken)->line());
   hub_.ended(id);
   return true;
 }

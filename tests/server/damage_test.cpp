@@ -264,6 +264,27 @@ TEST_F(NoteOfAVersion, AndARollbackThatAKillInterruptedIsDoneOnce) {
   }
 }
 
+/// A version may come into its place although that failed, as when only the sync of its folder does.
+TEST_F(NoteOfAVersion, AndAnAdditionThatIsServedIsNotTakenBack) {
+  const auto taken = [&](const char* added) {
+    proto::SourceChanges changes;
+    for (const char* kind : {"add", "remove"}) {
+      proto::SourceChange& change = *changes.add_pending();
+      change.set_id(kind == std::string("add") ? added : "removal");
+      change.set_kind(kind);
+      change.mutable_source()->set_id("one");
+      change.mutable_source()->mutable_spec()->set_path("sources/one.tif");
+    }
+    put_changes(changes);
+    updates::Ledger ledger(Layout{service_.data()});
+    ledger.note_waiting(id_, added, {"store-write", "it cannot be put into its place", "", ""});
+    const auto back = ledger.take_back(id_);
+    return back.ok() && *back;
+  };
+  EXPECT_FALSE(taken("second")) << "the version that is served was made by it";
+  EXPECT_TRUE(taken("third"));
+}
+
 /// With a flipped bit the list would say something else: another raster, another number, no change at all.
 TEST(DamagedList, IsToldOfEveryBit) {
   TempFolder place;
