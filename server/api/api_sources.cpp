@@ -3,7 +3,6 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <mutex>
 
 #include "pipeline/store/sqlite.h"
 #include "pipeline/work/update.h"
@@ -195,8 +194,6 @@ std::optional<Problem> overtaken(Service& service, const Request& request, const
   return condition_failed("If-Match", now.header("ETag"));
 }
 
-std::mutex g_noting;
-
 /// The request, as long as its body may be a raster. What curl -d sends is none; curl --data-binary says the same type of one.
 proto::Result<Request> without_words(const Request& request) {
   if (!request.header("content-type").value_or("").starts_with("application/x-www-form-urlencoded")) return request;
@@ -238,7 +235,7 @@ Response changed(Service& service, const Request& sent, const Dataset& dataset, 
   if (here) source.set_bytes(static_cast<double>(fs::file_size(upload.folder() / upload.raster(), error)));
   const fs::path file = service.layout().dataset(dataset.id) / source.spec().path();
   // Another request may have been faster while the raster came. One at a time, so that of two with one tag the second is told.
-  std::unique_lock alone(g_noting);
+  auto alone = service.ledger().alone(dataset.id);
   if (auto late = overtaken(service, request, dataset, route)) return problem_response(*late);
   const auto noted =
       service.ledger().add(dataset.id, asked->change, service.settings().serve.limits.queue, [&]() -> proto::Result<void> {

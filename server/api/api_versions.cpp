@@ -87,6 +87,19 @@ proto::Result<std::optional<proto::Rollback>> earlier_rollback(Ledger& ledger, c
   return std::optional<proto::Rollback>();
 }
 
+Problem changing(const Dataset& dataset) {
+  return {"dataset-changing", "changes of dataset " + dataset.id + " are pending; going back would be undone by them",
+          "asking again when GET …/sources lists none that is pending", ""};
+}
+
+/// Why it is not gone back: by now the versions are not as its If-Match has them.
+std::optional<Problem> overtaken(Service& service, const Request& request, const Dataset& dataset) {
+  if (!request.headers.contains("if-match")) return std::nullopt;
+  const Response now = versions(service, request, dataset);
+  if (now.status == 404 || if_match_holds(request, now.header("ETag"))) return std::nullopt;
+  return condition_failed("If-Match", now.header("ETag"));
+}
+
 /// A raster that came behind the first, as the dataset keeps it.
 proto::DatasetSource source_behind(const Dataset& dataset, const MoreRaster& raster) {
   proto::DatasetSource source;
@@ -141,14 +154,15 @@ Response rollback(Service& service, const Request& request, const Dataset& datas
     if (service.ledger().current(dataset.id).number() != (*before)->from()) return versions(service, request, dataset);
     *number = (*before)->to();  // the service was killed in between
   }
+  auto alone = service.ledger().alone(dataset.id);  // so that of two with one tag the second is told
+  if (is_busy(service.ledger(), dataset.id)) return problem_response(changing(dataset));
+  // From here on no version is made, and none comes.
+  if (auto late = *before ? std::nullopt : overtaken(service, request, dataset)) return problem_response(*late);
   proto::Result<void> done;
   const bool idle = service.ledger().while_idle(
       dataset.id, [&](const proto::SourceChanges& changes) { done = go_back(service, dataset.id, *number, note, changes); });
-  if (!idle) {
-    return problem_response({"dataset-changing",
-                             "changes of dataset " + dataset.id + " are pending; going back would be undone by them",
-                             "asking again when GET …/sources lists none that is pending", ""});
-  }
+  alone.unlock();
+  if (!idle) return problem_response(changing(dataset));
   if (!done.ok()) return problem_response(done.problem());
   service.ledger().tidy(dataset.id, service.settings().serve.keep_versions);
   service.hub().touch(dataset.id);

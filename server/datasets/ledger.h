@@ -10,6 +10,7 @@
 //
 // A note or list that is damaged is not an empty one: who took it for that would remove all rasters. Then nothing is removed, and
 // nothing is built.
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -97,6 +98,10 @@ class Ledger {
   /// Removes what neither a version nor a pending change names; versions/ keeps the first `keep` of kept_numbers(). Where it
   /// cannot be told what they name, no raster goes. What is shown of a first version while it is made stays.
   void tidy(const std::string& id, std::size_t keep);
+  /// For who looks at a dataset before it notes a change of it, until that is noted: one request at a time.
+  std::unique_lock<std::mutex> alone(const std::string& id) {
+    return std::unique_lock(noting_.at(std::hash<std::string>()(id) % noting_.size()));
+  }
   /// Runs while no change comes or goes.
   void apart(const std::function<void()>& work);
   /// Runs while no change comes or goes, if none is pending. False: one is.
@@ -109,6 +114,7 @@ class Ledger {
   proto::Result<proto::SourceChanges> look(const std::string& id) const;
 
   Layout layout_;
+  std::array<std::mutex, 64> noting_;  ///< shared by datasets, so that none stays of one that is deleted; taken before mutex_
   mutable std::mutex mutex_;
   mutable std::set<std::string> waiting_;  ///< datasets that had pending changes when they were last looked at
   struct Tried {

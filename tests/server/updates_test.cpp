@@ -407,6 +407,20 @@ TEST_F(Updates, WhoComesWithTheSameTagAtTheSameTimeIsTold) {
   EXPECT_THAT(statuses, testing::Contains(412).Times(static_cast<int>(statuses.size()) - 1));
 }
 
+TEST_F(Updates, WhoGoesBackWithTheSameTagAtTheSameTimeIsTold) {
+  begin({"--keep-versions", "5"});
+  for (const char* name : {"patch.tif", "other.tif"})
+    ASSERT_EQ(change("POST", std::string("/sources?name=") + name, name).status, 201);
+  const httplib::Headers as_read = {{"If-Match", ask("GET", base_ + "/versions").etag}};
+  std::vector<std::thread> senders;
+  std::array<int, 6> statuses{};
+  for (int& status : statuses) senders.emplace_back([&] { status = ask("POST", base_ + "/rollback", "", as_read).status; });
+  for (std::thread& sender : senders) sender.join();
+  EXPECT_THAT(statuses, testing::Contains(200).Times(1));
+  EXPECT_THAT(statuses, testing::Contains(412).Times(static_cast<int>(statuses.size()) - 1));
+  EXPECT_EQ(ask("GET", base_ + "/versions").body["versions"][0]["number"], 2);
+}
+
 TEST_F(Updates, ARequestWithAKeyIsDoneOnce) {
   begin({"--keep-versions", "5"});
   for (const char* name : {"patch.tif", "other.tif"})
