@@ -102,16 +102,15 @@ proto::Result<void> prepare_store(const UpdateOrder& order, const std::optional<
   return begin_store(path, plan.plan(), notes);
 }
 
-/// Numbers stay, and whether there is water is one of them: what the first version made of its rasters.
-proto::Result<BuildRequest> with_sea_noted(const BuildRequest& request, const proto::Plan& plan) {
+/// Numbers stay, and whether there is water is one of them: what the first version made of its rasters. Rasters that cannot be
+/// opened any more have no note; all was made of them.
+BuildRequest with_sea_noted(BuildRequest request, const proto::Plan& plan) {
   const auto source = open_source(request);
-  if (!source.ok()) return source.problem();
-  BuildRequest noted = request;
-  if (shows_sea(plan, request.options, **source))
-    noted.options.add_warnings(
+  if (source.ok() && shows_sea(plan, request.options, **source))
+    request.options.add_warnings(
         "still water of exactly 0 m is land here, for the first version had none to take for the sea: a dataset that is posted "
         "anew with water=0 takes it for that");
-  return noted;
+  return request;
 }
 
 /// Where no raster lies there is no task.
@@ -156,9 +155,7 @@ proto::Result<proto::Manifest> update(const UpdateOrder& order, const ProgressCa
   const Site site{plan->plan(), shop, **store, teller, request.follower, Consumed::kept, stop};
   if (const auto made = make_stages(site, stages_of(*plan)); !made.ok()) return made.problem();
   const bool may_lack_sea = before && !plan->plan().options().has_water();
-  const auto noted = may_lack_sea ? with_sea_noted(request, plan->plan()) : proto::Result<BuildRequest>(request);
-  if (!noted.ok()) return noted.problem();
-  auto published = publish_store(**store, *noted, *plan);
+  auto published = publish_store(**store, may_lack_sea ? with_sea_noted(request, plan->plan()) : request, *plan);
   if (published.ok()) teller.tell(1);
   return published;
 }
