@@ -1,11 +1,13 @@
 #include "raster/open/raster_state.h"
 
+#include <cpl_conv.h>
 #include <cpl_minixml.h>
 #include <gdal_priv.h>
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -46,8 +48,16 @@ std::vector<std::string> files_in_vrt(const std::string& path) {
 
 /// Of a PAM file: elements that hold others, and those that change where a raster lies or what its heights are.
 constexpr std::array<std::string_view, 4> kHolders{"PAMDataset", "Subdataset", "PAMRasterBand", "Metadata"};
-constexpr std::array<std::string_view, 12> kRead{"SRS",   "GeoTransform", "GCPList",     "GeodataXform", "NoDataValue", "Offset",
-                                                 "Scale", "UnitType",     "Description", "ColorInterp",  "ColorTable",  "MDI"};
+constexpr std::array<std::string_view, 11> kRead{"SRS",   "GeoTransform", "GCPList",     "GeodataXform", "NoDataValue", "Offset",
+                                                 "Scale", "UnitType",     "Description", "ColorInterp",  "ColorTable"};
+/// Of the items of metadata those that something here asks for. GDAL writes all that a driver tells next to its statistics.
+constexpr std::array<std::string_view, 8> kReadItems{"AREA_OR_POINT", "PIXELTYPE",     "NETCDF_VARNAME", "positive",
+                                                     "standard_name", "missing_value", "valid_min",      "valid_max"};
+
+/// "lat#units": coordinates of a NetCDF file in degrees.
+bool is_read_item(std::string_view key) {
+  return std::ranges::find(kReadItems, key) != kReadItems.end() || key.ends_with("#units") || key.ends_with("#long_name");
+}
 
 /// Statistics, histograms and what viewers keep in domains of their own change no tile.
 bool is_read(const CPLXMLNode& node) {
@@ -55,7 +65,7 @@ bool is_read(const CPLXMLNode& node) {
   if (node.eType != CXT_Element) return false;
   const std::string_view name = node.pszValue;
   const auto attribute = [&](const char* of) { return std::string_view(CPLGetXMLValue(&node, of, "")); };
-  if (name == "MDI") return !attribute("key").starts_with("STATISTICS_");
+  if (name == "MDI") return is_read_item(attribute("key"));
   if (name == "Metadata") return attribute("domain").empty() || attribute("domain") == "IMAGE_STRUCTURE";
   return std::ranges::find(kHolders, name) != kHolders.end() || std::ranges::find(kRead, name) != kRead.end();
 }
@@ -77,7 +87,44 @@ bool keep_what_is_read(CPLXMLNode& holder) {
   return any;
 }
 
-/// What is read of the notes beside a raster; empty: nothing, as of a raster without any.
+/// Whether the raster or band says the same without its notes.
+bool is_own(GDALMajorObject& own, const CPLXMLNode& said, const CPLXMLNode& holder) {
+  const std::string_view name = said.pszValue, text = CPLGetXMLValue(&said, "", "");
+  if (name == "Description") return text == own.GetDescription();
+  if (name != "MDI") return false;
+  const char* const item = own.GetMetadataItem(CPLGetXMLValue(&said, "key", ""), CPLGetXMLValue(&holder, "domain", ""));
+  return item != nullptr && text == item;
+}
+
+/// Takes out what a raster, or of it the band, says itself: GDAL repeats that in its notes as soon as it keeps statistics there.
+void leave_out_own(CPLXMLNode& holder, GDALDataset& raster, GDALMajorObject& own) {
+  for (CPLXMLNode *child = holder.psChild, *next = nullptr; child != nullptr; child = next) {
+    next = child->psNext;
+    if (child->eType != CXT_Element) continue;
+    const std::string_view name = child->pszValue;
+    if (name == "Metadata") leave_out_own(*child, raster, own);
+    if (name == "PAMRasterBand") {
+      GDALRasterBand* const band = raster.GetRasterBand(std::atoi(CPLGetXMLValue(child, "band", "0")));
+      if (band != nullptr) leave_out_own(*child, raster, *band);
+    }
+    if (!is_own(own, *child, holder)) continue;
+    CPLRemoveXMLChild(&holder, child);
+    CPLDestroyXMLNode(child);
+  }
+}
+
+void leave_out_own(CPLXMLNode& said, const std::string& path) {
+  // Opening may read a whole file of text.
+  if (CPLSearchXMLNode(&said, "Description") == nullptr && CPLSearchXMLNode(&said, "MDI") == nullptr) return;
+  const CPLConfigOptionSetter without_notes("GDAL_PAM_ENABLED", "NO", false);
+  const std::vector<const char*> drivers = extension_of(path) == ".hgt" ? std::vector<const char*>{"SRTMHGT", nullptr}
+                                                                        : allowed_drivers(path, Trust::operator_file, false);
+  const GDALDatasetUniquePtr raster(
+      GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, drivers.data(), nullptr, nullptr));
+  if (raster) leave_out_own(said, *raster, *raster);
+}
+
+/// What is read of the notes beside a raster and not said by itself; empty: nothing, as of a raster without any.
 std::string said_beside(const std::string& path) {
   const std::string pam = pam_of(path);
   std::error_code error;
@@ -86,6 +133,8 @@ std::string said_beside(const std::string& path) {
   const CPLXMLTreeCloser tree(CPLParseXMLFile(pam.c_str()));
   CPLXMLNode* const said = CPLGetXMLNode(tree.get(), "=PAMDataset");
   if (said == nullptr || !keep_what_is_read(*said)) return "";
+  leave_out_own(*said, path);
+  if (!keep_what_is_read(*said)) return "";
   const std::unique_ptr<char, decltype(&VSIFree)> text(CPLSerializeXMLTree(said), VSIFree);
   return text.get();
 }

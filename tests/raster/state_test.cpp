@@ -1,4 +1,6 @@
 // Whether a raster is what it was.
+#include <gdal_priv.h>
+
 #include <chrono>
 #include <set>
 
@@ -19,6 +21,18 @@ class RasterState : public RasterTest {
   /// As if it had been written a second later.
   void touch(const std::string& name) const {
     fs::last_write_time(path(name), fs::last_write_time(path(name)) + std::chrono::seconds(1));
+  }
+  /// As gdalinfo -stats and viewers do: GDAL keeps them, and what it was told when it opened the raster, in an .aux.xml.
+  void keep_statistics(const std::string& name) const {
+    GDALDatasetUniquePtr raster(GDALDataset::Open(path(name).c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
+    ASSERT_TRUE(raster);
+    raster->GetMetadata();
+    GDALRasterBand& band = *raster->GetRasterBand(1);
+    band.GetMetadata();
+    double least = 0, greatest = 0, mean = 0, deviation = 0;
+    ASSERT_EQ(band.ComputeStatistics(0, &least, &greatest, &mean, &deviation, nullptr, nullptr), CE_None);
+    raster.reset();
+    ASSERT_TRUE(fs::exists(path(name + ".aux.xml")));
   }
   std::string vrt_of(const std::string& member) const {
     return "<VRTDataset rasterXSize=\"8\" rasterYSize=\"8\"><SRS>EPSG:4326</SRS><GeoTransform>10,0.01,0,45,0,-0.01</GeoTransform>"
@@ -79,6 +93,65 @@ TEST_F(RasterState, is_that_of_what_notes_beside_it_say_of_heights_and_not_of_st
   EXPECT_EQ(state("dem.tif"), bare);
   fs::remove(path("dem.tif.aux.xml"));
   EXPECT_EQ(state("dem.tif"), bare);
+}
+
+/// Raster of whole metres with its first sample on 47 N 7 E, so many to the degree.
+Spec cell(const char* driver, int steps) {
+  Spec spec;
+  spec.driver = driver, spec.type = "Int16", spec.columns = spec.rows = steps + 1, spec.point = true;
+  spec.geotransform = {7 - 0.5 / steps, 1.0 / steps, 0, 47 + 0.5 / steps, 0, -1.0 / steps};
+  return spec;
+}
+
+TEST_F(RasterState, stays_when_GDAL_keeps_statistics_beside_it) {
+  write({}, "plain.tif");
+  Spec point;
+  point.point = true, point.bands = 2;
+  write(point, "named.tif");
+  {
+    GDALDatasetUniquePtr named(GDALDataset::Open(path("named.tif").c_str(), GDAL_OF_RASTER | GDAL_OF_UPDATE));
+    ASSERT_TRUE(named);
+    named->GetRasterBand(1)->SetDescription("elevation");
+    named->GetRasterBand(2)->SetDescription("error");
+    named->GetRasterBand(1)->SetMetadataItem("positive", "up");
+  }
+  for (const auto& [driver, name] :
+       {std::pair("HFA", "dem.img"), {"netCDF", "dem.nc"}, {"SAGA", "dem.sdat"}, {"AAIGrid", "dem.asc"}}) {
+    Spec spec;
+    spec.driver = driver;
+    write(spec, name);
+  }
+  write(cell("SRTMHGT", 1200), "N46E007.hgt");
+  write(cell("DTED", 120), "dem.dt0");
+  for (const char* name : {"plain.tif", "named.tif", "dem.img", "dem.nc", "dem.sdat", "dem.asc", "N46E007.hgt", "dem.dt0"}) {
+    SCOPED_TRACE(name);
+    fs::remove(path(std::string(name) + ".aux.xml"));  // what a driver wrote there with the raster
+    const std::string before = state(name);
+    keep_statistics(name);
+    EXPECT_EQ(state(name), before);
+  }
+}
+
+TEST_F(RasterState, is_another_where_notes_say_other_than_the_raster) {
+  Spec two;
+  two.bands = 2;
+  write(two, "dem.tif");
+  {
+    GDALDatasetUniquePtr dem(GDALDataset::Open(path("dem.tif").c_str(), GDAL_OF_RASTER | GDAL_OF_UPDATE));
+    ASSERT_TRUE(dem);
+    dem->GetRasterBand(2)->SetDescription("elevation");
+  }
+  const std::string bare = state("dem.tif");
+  const auto with = [&](const std::string& notes) {
+    write_text("<PAMDataset>" + notes + "</PAMDataset>", "dem.tif.aux.xml");
+    return state("dem.tif");
+  };
+  EXPECT_EQ(with("<PAMRasterBand band=\"2\"><Description>elevation</Description></PAMRasterBand>"), bare);
+  EXPECT_EQ(with("<Metadata><MDI key=\"AREA_OR_POINT\">Area</MDI><MDI key=\"AUTHOR\">me</MDI></Metadata>"), bare);
+  EXPECT_NE(with("<PAMRasterBand band=\"2\"><Description>error</Description></PAMRasterBand>"), bare);
+  EXPECT_NE(with("<PAMRasterBand band=\"1\"><Description>elevation</Description></PAMRasterBand>"), bare);
+  EXPECT_NE(with("<PAMRasterBand band=\"3\"><Description>elevation</Description></PAMRasterBand>"), bare);
+  EXPECT_NE(with("<Metadata><MDI key=\"AREA_OR_POINT\">Point</MDI></Metadata>"), bare);
 }
 
 TEST_F(RasterState, of_a_vrt_is_that_of_all_rasters_below_it) {
