@@ -14,6 +14,7 @@
 #include "raster/datum/vertical_crs.h"
 #include "raster/disk/geoid_folders.h"
 #include "raster/gdal/formats.h"
+#include "raster/place/grid_names.h"
 
 namespace cordillera::raster {
 namespace {
@@ -113,7 +114,7 @@ proto::Result<VerticalDatum> of_request(const VerticalAsked& asked, Trust trust,
   if (const std::string path = grid_file(name, trust); !path.empty()) {
     auto geoid = open_geoid(path, area);
     if (!geoid) return geoid.problem();
-    return VerticalDatum{fs::path(name).filename().string(), "request", "", std::move(*geoid)};
+    return VerticalDatum{name_of_grid(name), "request", "", std::move(*geoid)};
   }
   const std::optional<VerticalCrs>& crs = asked.system;
   if (!crs) return unknown_datum(name);
@@ -152,6 +153,22 @@ Problem missing_grid(const std::string& grid, Trust trust) {
           "vertical_datum"};
 }
 
+/// One of them. Files often name a published grid for its datum: that is taken for one without a folder, so that heights do not
+/// depend on what else is installed, and for one in a folder where there is no such file.
+proto::Result<VerticalDatum> of_named_grid(const std::string& grid, const Area& area, Trust trust) {
+  if (grid == "null") return VerticalDatum{"ellipsoid", "source", "", nullptr};
+  const std::string path = grid_file(grid, trust);
+  const KnownDatum* const datum = known(published_datum(fs::path(grid).filename().string()));
+  if (datum != nullptr && (path.empty() || fs::path(grid).filename() == grid)) {
+    auto published = of_known(*datum, "source", area, trust);
+    if (published || path.empty()) return published;
+  }
+  if (path.empty()) return missing_grid(grid, trust);
+  auto geoid = open_geoid(path, area);
+  if (!geoid) return geoid.problem();
+  return VerticalDatum{name_of_grid(path), "source", "", std::move(*geoid)};
+}
+
 /// By the grids that the CRS names: the first that covers the area, as PROJ does it. One marked with "@" may be missing, and
 /// "null" is no shift. Where there is none, the height system's own way, if its grid is at hand.
 proto::Result<VerticalDatum> of_named_grids(const VerticalAsked& asked, const Area& area, Trust trust) {
@@ -164,17 +181,14 @@ proto::Result<VerticalDatum> of_named_grids(const VerticalAsked& asked, const Ar
   using Found = std::optional<proto::Result<VerticalDatum>>;
   Found found = proto::each_part(asked.geoid_grids, ',', [&](std::string_view part) -> Found {
     const bool optional = part.starts_with('@');
-    const std::string grid(part.substr(optional ? 1 : 0));
-    if (grid == "null") return VerticalDatum{"ellipsoid", "source", "", nullptr};
-    const std::string path = grid_file(grid, trust);
-    if (path.empty() && optional) return std::nullopt;
-    if (path.empty()) return missing_grid(grid, trust);
-    auto geoid = open_geoid(path, area);
-    if (geoid) return VerticalDatum{fs::path(path).filename().string(), "source", "", std::move(*geoid)};
-    problem = geoid.problem();
-    return problem.type == "geoid-does-not-cover" ? std::nullopt : Found(problem);
+    auto datum = of_named_grid(std::string(part.substr(optional ? 1 : 0)), area, trust);
+    if (datum) return datum;
+    const bool missing = datum.problem().type == "geoid-not-found";
+    if (!missing || !optional) problem = datum.problem();
+    return (missing && optional) || problem.type == "geoid-does-not-cover" ? std::nullopt : Found(problem);
   });
   if (found && (found->ok() || found->problem().type != "geoid-not-found")) return std::move(*found);
+  if (const KnownDatum* datum = known(asked.declared)) return of_known(*datum, "source", area, trust);
   if (auto own = of_source(asked, area, trust); own && *own) return std::move(**own);
   return found ? found->problem() : problem;
 }
@@ -196,12 +210,12 @@ std::optional<VerticalCrs> system_named(const std::string& requested, Trust trus
 proto::Result<VerticalDatum> resolve_vertical(const VerticalAsked& asked, Trust trust, const Area& area) {
   const std::string& name = asked.requested.empty() ? asked.declared : asked.requested;
   const std::string from = asked.requested.empty() ? "source" : "request";
+  if (asked.requested.empty() && !asked.geoid_grids.empty()) return of_named_grids(asked, area, trust);
   // What a raster declares is read more strictly: WGS 84 may be no more than its horizontal datum's name there.
   const bool ellipsoid = asked.requested.empty() ? proto::same_letters(name, "ellipsoid") : names_ellipsoid(name);
   if (ellipsoid) return VerticalDatum{"ellipsoid", from, "", nullptr};
   if (const KnownDatum* datum = known(name)) return of_known(*datum, from, area, trust);
   if (!asked.requested.empty()) return of_request(asked, trust, area);
-  if (!asked.geoid_grids.empty()) return of_named_grids(asked, area, trust);
   auto declared = of_source(asked, area, trust);
   if (!declared) return declared.problem();
   if (*declared) return std::move(**declared);

@@ -17,7 +17,7 @@ namespace cordillera::raster {
 inline constexpr const char* kDefaultDatum = "EGM96";
 
 struct VerticalDatum {
-  std::string name;              ///< EGM96, EGM2008, EGM84, ellipsoid, a height system's name, or the grid's file name
+  std::string name;              ///< EGM96, EGM2008, EGM84, ellipsoid, a height system's name, or name_of_grid
   std::string from;              ///< "request", "source" or "default"
   std::string grid;              ///< of a height system: what PROJ takes
   std::unique_ptr<Geoid> geoid;  ///< null: heights are ellipsoidal already

@@ -5,10 +5,8 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <iterator>
 #include <optional>
 #include <string_view>
-#include <utility>
 
 #include "proto/letters.h"
 #include "proto/numbers.h"
@@ -17,6 +15,7 @@
 #include "raster/gdal/formats.h"
 #include "raster/gdal/gdal_scope.h"
 #include "raster/place/crs_label.h"
+#include "raster/place/grid_names.h"
 
 namespace cordillera::raster {
 namespace {
@@ -29,18 +28,14 @@ constexpr const char* kAcceptedCrs =
 /// A vertical CRS that PROJ calls "unknown": a PROJ string has no name for it, nor has a GeoTIFF that was made of one.
 constexpr const char* kNameless = "a vertical datum without a name";
 
-/// The names of grids that PROJ writes as "@folder/a.gtx,b.gtx"; of one that was published for a datum of ours, that.
+/// The names of grids that PROJ writes as "@folder/a.gtx,b.gtx"; of one that was published for a datum of ours, that. One in a
+/// folder is a file that somebody chose.
 std::string names_of_grids(std::string_view grids) {
-  static constexpr std::pair<std::string_view, const char*> kPublished[] = {
-      {"egm96_15.gtx", "EGM96"},   {"us_nga_egm96_15.tif", "EGM96"},   {"egm96-15.pgm", "EGM96"},
-      {"egm08_25.gtx", "EGM2008"}, {"us_nga_egm08_25.tif", "EGM2008"}, {"us_nga_egm84_30.tif", "EGM84"},
-      {"null", "ellipsoid"}};
   std::string names;
-  proto::each_part(grids, ',', [&](std::string_view grid) {
-    const std::string file = std::filesystem::path(grid.substr(grid.starts_with('@') ? 1 : 0)).filename().string();
-    const auto* const found =
-        std::find_if(std::begin(kPublished), std::end(kPublished), [&](const auto& one) { return one.first == file; });
-    names += (names.empty() ? "" : ", ") + (found == std::end(kPublished) ? file : found->second);
+  proto::each_part(grids, ',', [&](std::string_view part) {
+    const std::string_view grid = part.substr(part.starts_with('@') ? 1 : 0);
+    const std::string datum = grid == "null" ? "ellipsoid" : published_datum(grid);
+    names += (names.empty() ? "" : ", ") + (datum.empty() ? name_of_grid(grid) : datum);
   });
   return proto::shown_text(names);
 }

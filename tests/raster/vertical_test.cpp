@@ -310,6 +310,67 @@ TEST_F(NamedGrid, OfTheRasterItselfIsTakenToo) {
   expect_height(*source, 100);
 }
 
+/// What a file is called says nothing of its heights.
+TEST_F(NamedGrid, CalledAsADatumIsIsAGrid) {
+  install();
+  const fs::path folder = fs::path(grid_).parent_path();
+  for (const char* const called : {"ellipsoid", "EGM2008", "EGM96", "null", "egm08_25.gtx", "egm96_15.gtx"}) {
+    SCOPED_TRACE(called);
+    fs::copy_file(grid_, folder / called);
+    const auto source = must_open(dem_, with_crs(degrees((folder / called).string())));
+    ASSERT_TRUE(source);
+    EXPECT_THAT(source->description().vertical_datum(), ::testing::EndsWith(called));
+    EXPECT_EQ(source->description().vertical_datum_declared(), source->description().vertical_datum());
+    expect_height(*source, 100);
+    fs::remove(folder / called);
+    if (called == std::string("egm96_15.gtx") || called == std::string("egm08_25.gtx")) continue;
+    EXPECT_EQ(problem_type(dem_, with_crs(degrees(called))), called == std::string("null") ? "" : "geoid-not-found");
+  }
+  fs::copy_file(grid_, folder / "ellipsoid");
+  const auto bare = must_open(dem_, with_crs(degrees("ellipsoid")));
+  ASSERT_TRUE(bare);
+  EXPECT_EQ(bare->description().vertical_datum(), "grid file ellipsoid");
+  expect_height(*bare, 100);
+}
+
+/// Its own code or name counts where the grid is missing.
+TEST_F(NamedGrid, ComesBeforeTheNameOfTheDatum) {
+  const std::string wkt =
+      R"(COMPD_CS["local",GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],)"
+      R"(UNIT["degree",0.0174532925199433]],VERT_CS["EGM96 height",VERT_DATUM["EGM96 geoid",2005,)"
+      R"(EXTENSION["PROJ4_GRIDS","own.tif"]],UNIT["metre",1],AXIS["Up",UP]]])";
+  const auto missing = must_open(dem_, with_crs(wkt));
+  ASSERT_TRUE(missing);
+  EXPECT_EQ(missing->description().vertical_datum(), "EGM96");
+  install();
+  const auto source = must_open(dem_, with_crs(wkt));
+  ASSERT_TRUE(source);
+  EXPECT_EQ(source->description().vertical_datum(), "own.tif");
+  expect_height(*source, 100);
+}
+
+/// Many files name it so: with the grid that is at hand for it here, wherever theirs is.
+TEST_F(NamedGrid, ThatWasPublishedIsItsDatum) {
+  for (const char* const grids : {"egm96_15.gtx", "@egm96_15.gtx", "us_nga_egm96_15.tif", "@nowhere.gtx,egm96_15.gtx"}) {
+    SCOPED_TRACE(grids);
+    const auto source = must_open(dem_, with_crs(degrees(grids)));
+    ASSERT_TRUE(source);
+    EXPECT_EQ(source->description().vertical_datum(), "EGM96");
+    EXPECT_EQ(source->description().vertical_datum_from(), "request");
+  }
+  const auto lost = must_open(dem_, with_crs(degrees("/nowhere/egm96_15.gtx")));
+  ASSERT_TRUE(lost);
+  EXPECT_EQ(lost->description().vertical_datum(), "EGM96");
+  EXPECT_EQ(lost->description().vertical_datum_declared(), "egm96_15.gtx");
+  // Of a datum without a grid of its own here, the file itself.
+  install();
+  fs::copy_file(grid_, fs::path(grid_).parent_path() / "egm08_25.gtx");
+  const auto file = must_open(dem_, with_crs(degrees("egm08_25.gtx")));
+  ASSERT_TRUE(file);
+  EXPECT_EQ(file->description().vertical_datum(), "egm08_25.gtx");
+  expect_height(*file, 100);
+}
+
 /// Never another in its place.
 TEST_F(NamedGrid, ThatIsMissingIsAskedForByName) {
   for (const char* const grids : {"own.tif", "@own.tif", "@nowhere.gtx,own.tif", "own.tif,nowhere.gtx"}) {
