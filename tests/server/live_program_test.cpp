@@ -67,10 +67,10 @@ TEST_F(LiveProgram, AKilledServerServesThemAgain) {
 // One build at a time: rasters of a dataset that can be changed are looked at while it waits for its turn, too.
 TEST_F(LiveProgram, RastersThatCanBeChangedAreShownWhileTheyWait) {
   const std::string first = posted("&error=1"), behind = posted("&error=8&updates=1");
+  const std::string first_tiles = "dataset " + behind + ": first tiles";  // written a moment after they can be seen
+  ASSERT_TRUE(eventually([&] { return server_.log().find(first_tiles) != std::string::npos; })) << server_.log();
   const std::string log = server_.log();
-  const auto shown = log.find("dataset " + behind + ": first tiles"),
-             begun = log.find("dataset " + behind + ": version 1 started");
-  EXPECT_NE(shown, log.npos) << log;
+  const auto shown = log.find(first_tiles), begun = log.find("dataset " + behind + ": version 1 started");
   EXPECT_LT(shown, begun) << "nobody waits for another's build to see something\n" << log;
   curl("-X DELETE " + server_.base() + "/v1/datasets/" + first);
   ASSERT_TRUE(is_ready(behind)) << server_.log();
