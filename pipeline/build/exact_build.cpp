@@ -233,8 +233,8 @@ proto::Result<std::vector<double>> count_exact_block(const proto::Plan& plan, in
   const auto made = simplifiers.simplify(
       block_at(plan, place, samples, curve), asked,
       [&](std::size_t level, BlockMesh&& mesh) {
-        triangles[level] = static_cast<double>(std::ranges::count_if(
-            mesh.triangles, [&](const auto& t) { return !mesh.is_void[t[0]] && !mesh.is_void[t[1]] && !mesh.is_void[t[2]]; }));
+        triangles[level] =
+            static_cast<double>(std::ranges::count_if(mesh.triangles, [&](const auto& t) { return is_published(mesh, t); }));
       },
       nullptr);
   if (!made.ok()) return made.problem();

@@ -261,8 +261,7 @@ std::vector<BuiltTile> tiles_of_block(const proto::Plan& plan, const BlockPlace&
   std::vector<TileTriangles> by_tile(static_cast<std::size_t>(columns * rows));  // row by row from the south
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& triangle = mesh.triangles[t];
-    if (parts == TileParts::published && (mesh.is_void[triangle[0]] || mesh.is_void[triangle[1]] || mesh.is_void[triangle[2]]))
-      continue;
+    if (parts == TileParts::published && !is_published(mesh, triangle)) continue;
     const std::int64_t x = std::min({mesh.x[triangle[0]], mesh.x[triangle[1]], mesh.x[triangle[2]]}),
                        y = std::min({mesh.y[triangle[0]], mesh.y[triangle[1]], mesh.y[triangle[2]]});
     TileTriangles& of_tile = by_tile[static_cast<std::size_t>((floor_divide(place.south + y, units) - south) * columns +

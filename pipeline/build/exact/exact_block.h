@@ -56,6 +56,11 @@ gpu::exact::Ground places_of_data(const proto::Samples& samples);
 /// See gpu::exact::Block.
 double sample_m(const proto::Plan& plan);
 
+/// None of its corners is void.
+inline bool is_published(const gpu::exact::BlockMesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
+  return !mesh.is_void[triangle[0]] && !mesh.is_void[triangle[1]] && !mesh.is_void[triangle[2]];
+}
+
 /// Level z of a block as tiles, ordered by y then x, not measured yet: max_error_m is what the engine knows, if it says so.
 /// published: their published triangles alone, without void vertices; tiles without any are left out, and of one that reaches
 /// beyond the place, what lies there is. whole: all of them.
