@@ -142,10 +142,14 @@ TEST_F(Updates, AnUploadHasTheNameThatItWasBegunWith) {
 }
 
 TEST_F(Updates, ARasterThatDoesNotFitCanBeTakenBack) {
-  begin();
+  SlowHost host(path("patch.tif"));
+  begin({"--source-allow", host.address()});
   const Bytes first = served();
-  std::filesystem::create_directories(dataset() / "next.sqlite" / "in the way");
-  ASSERT_EQ(ask("POST", base_ + "/sources?name=patch.tif", "patch.tif").status, 202);
+  ASSERT_EQ(ask("POST", base_ + "/sources?source=" + host.address()).status, 202);
+  // From here on no clearing up after the first version takes away what lies there.
+  const std::filesystem::path store = dataset() / "next.sqlite";
+  std::filesystem::create_directories(store / "in the way");
+  host.give();
   EXPECT_TRUE(eventually([&] { return listed()["changes"].back()["error"].is_object(); }));
   const Json added = listed()["changes"].back();
   EXPECT_EQ(added["state"], "pending") << added;
@@ -157,6 +161,7 @@ TEST_F(Updates, ARasterThatDoesNotFitCanBeTakenBack) {
   EXPECT_EQ(changes[1]["state"], "done") << changes;
   EXPECT_EQ(changes[2]["state"], "failed") << changes;
   EXPECT_EQ(changes[2]["error"], added["error"]);
+  EXPECT_TRUE(eventually([&] { return !std::filesystem::exists(store); })) << "the clearing up takes it away";
   // What comes behind it is done as ever.
   ASSERT_EQ(change("POST", "/sources?name=other.tif", "other.tif").status, 201);
   whole::expect_same(from_nothing("other.tif\nbase.tif\n"), served());
