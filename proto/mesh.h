@@ -45,9 +45,8 @@ struct Samples {
 
 /// Marks of a mesh vertex.
 enum VertexMark : std::uint8_t {
-  kVoid = 1,    ///< no data here. A triangle exists (is published) if and only if none of its corners is void
-  kKeep = 2,    ///< must survive simplification: tile corner, border chain, kept for the next attempt
-  kRemove = 4,  ///< a tile-border vertex that the border chain dropped: must be gone after simplification
+  kVoid = 1,  ///< no data here. A triangle exists (is published) if and only if none of its corners is void
+  kKeep = 2,  ///< must survive simplification, as do corners and sides of tiles
 };
 
 /// A triangulation of one whole tile rectangle, voids included: every point of the rectangle lies in a triangle, so exact

@@ -1,11 +1,17 @@
 #pragma once
-// Edges of a tile: one end goes, the other stays where it is, so positions stay on the lattice. The tile's border keeps what its
-// chains want, holes keep their rims within what rims may move: the same rules as in gpu/waves/collapse/collapse.h, asked here of
-// an edge.
+// Edges of a tile: one end goes, the other stays where it is, so positions stay on the lattice. The border stays, holes keep
+// their rims within what rims may move.
 #include "gpu/cleap/quadric.h"
-#include "gpu/waves/collapse/window.h"
+#include "gpu/mesh/valence_limits.h"
+#include "proto/mesh.h"
 
 namespace cordillera::gpu::cleap {
+
+/// Vertex marks beyond proto::VertexMark.
+enum PlaceMark : std::uint8_t {
+  kOnSide = 8,     ///< on the border of the mesh: open fan
+  kOnCorner = 16,  ///< a corner of it
+};
 
 /// Which end stays; -1: neither may go.
 struct HalfEdge {
@@ -15,7 +21,10 @@ struct HalfEdge {
 };
 
 /// By its marks: triangles that a collapse may leave at a vertex. A fan on a side has a triangle less than neighbours.
-CORDILLERA_HD inline std::int32_t most_triangles_of(std::uint8_t mark) { return valence_cap(mark) - ((mark & kOnSide) ? 1 : 0); }
+CORDILLERA_HD inline std::int32_t most_triangles_of(std::uint8_t mark) {
+  if (mark & kOnSide) return ((mark & kOnCorner) ? kCornerValence : kSideValence) - 1;
+  return (mark & proto::kVoid) ? kVoidValence : kInnerValence;
+}
 
 CORDILLERA_HD inline double distance2(const Position& p, const Position& q) {
   return (p.x - q.x) * (p.x - q.x) + (p.y - q.y) * (p.y - q.y);
@@ -52,11 +61,9 @@ struct Departure {
 
   CORDILLERA_HD bool has(std::int32_t v, std::uint8_t mark) const { return (mesh.tag[v].mark & mark) != 0; }
 
-  /// Labels and the straight side decide, as does what has to go or to stay.
-  CORDILLERA_HD bool is_allowed(const Edge& edge) const {
+  /// Labels decide, and what has to stay.
+  CORDILLERA_HD bool is_allowed() const {
     if (has(from, proto::kKeep)) return false;
-    if (has(from, kOnSide)) return has(from, proto::kRemove) && edge.b[0] < 0 && has(from, proto::kVoid) == has(to, proto::kVoid);
-    if (has(to, proto::kRemove)) return false;                                         // it is leaving itself
     if (has(from, proto::kVoid)) return has(to, proto::kVoid) || !any_void_neighbour;  // the last of a hole may close it
     if (!any_void || !any_published) return true;
     return !is_on_rim() || is_rim(to);
@@ -115,14 +122,12 @@ CORDILLERA_HD inline HalfEdge best_half_edge(const Arrays& mesh, const Edge& edg
   for (int k = 0; k < 2; ++k) {
     const std::int32_t to = edge.n[k], from = edge.n[1 - k];
     const Departure departure(mesh, from, to);
-    if (!departure.is_allowed(edge)) continue;
-    const bool must = departure.has(from, proto::kRemove);
+    if (!departure.is_allowed()) continue;
     const auto rim = static_cast<float>(departure.rim_deviation() * mesh.inverse_rim);
     const float spent = mesh.tag[from].spent + rim;
-    // What must go need not spare what others spent.
-    if (!(spent <= 1 || (must && rim <= 1))) continue;
+    if (!(spent <= 1)) continue;
     double cost = kShort * distance2(mesh.vertex[from], mesh.vertex[to]);
-    if (must || !departure.any_published)
+    if (!departure.any_published)
       cost = 0;
     else
       cost += value(sum(mesh.quadric[from], mesh.quadric[to]), mesh.origin, mesh.vertex[to]);

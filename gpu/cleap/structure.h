@@ -40,7 +40,7 @@ struct PlaneQuadric {
 struct Tag {
   std::uint32_t original = 0;  ///< its number in the tile
   float spent = 0;             ///< share of what rims may move that collapses around it have used
-  std::uint8_t mark = 0;       ///< proto::VertexMark and WindowMark bits
+  std::uint8_t mark = 0;       ///< proto::VertexMark and PlaceMark bits
 };
 
 inline constexpr std::uint32_t kFree = 0xffffffff;  ///< a triangle's flag that nobody holds: the text's -1

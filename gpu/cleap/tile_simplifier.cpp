@@ -5,15 +5,15 @@
 #include <stdexcept>
 
 #include "gpu/cleap/engine.h"
+#include "gpu/cleap/half_edge.h"
 #include "gpu/device/device_choice.h"
-#include "gpu/waves/border/empty_border.h"
-#include "gpu/waves/collapse/waves.h"
 
 namespace cordillera::gpu::cleap {
 namespace {
 
-// A sum of squared distances from planes, in tolerances: by it tiles of a promise get fewest triangles.
-constexpr double kCostPerTolerance = 1;
+// Of the tolerance's square, for a sum of squared distances from planes: with less more triangles are left than errors ask for,
+// with more so many vertices are put back that no fewer come of it.
+constexpr double kCostPerTolerance = 100;
 constexpr double kPool = 0.25;       // of the edges, in a pass: small pools keep more of the order of costs
 constexpr double kIdleShare = 0.01;  // of the vertices: a pass that finds fewer is the last
 
@@ -45,11 +45,13 @@ fit::HeightMesh height_mesh(const SimplifyJob& job) {
 
 TileTags tags_of(const SimplifyJob& job) {
   const proto::TileMesh& tile = *job.input;
+  const auto [west, east] = std::ranges::minmax_element(tile.x);
+  const auto [south, north] = std::ranges::minmax_element(tile.y);
   TileTags tags;
   tags.rim_units = static_cast<double>(job.rim_units);
   for (std::uint32_t v = 0; v < tile.vertices(); ++v) {
-    const int sides = sides_of(tile, v);
-    const int place = sides == 0 ? 0 : sides == 1 ? kOnSide : kOnSide | kOnCorner;
+    const bool on_meridian = tile.x[v] == *west || tile.x[v] == *east, on_parallel = tile.y[v] == *south || tile.y[v] == *north;
+    const int place = (on_meridian || on_parallel ? kOnSide : 0) | (on_meridian && on_parallel ? kOnCorner : 0);
     tags.tags.push_back({v, 0, static_cast<std::uint8_t>(tile.mark[v] | place)});
   }
   return tags;
@@ -74,9 +76,7 @@ proto::TileMesh tile_mesh(const SimplifyJob& job, const TileTags& tags,
     mesh.mark.push_back(in.mark[v]);
   }
   for (const auto& t : triangles) mesh.triangles.push_back({number[t[0]], number[t[1]], number[t[2]]});
-  proto::Result<Rings> rings = rings_from_triangles(mesh);
-  if (!rings.ok()) throw std::logic_error("tile simplifier: " + rings.problem().detail);
-  return with_border_emptied(*rings, mesh, job.rim_units);
+  return mesh;
 }
 
 class TileSimplifier final : public Simplifier {
@@ -93,7 +93,7 @@ class TileSimplifier final : public Simplifier {
       options.most_cost = kCostPerTolerance * tolerance * tolerance;
       tags.push_back(tags_of(job));
       Outcome outcome = engine_->simplify_tile(height_mesh(job), tags.back(), options);
-      if (outcome.crowded_edge) refuse_broken({&job, 1});
+      if (outcome.crowded_edge) throw std::logic_error("tile simplifier: an edge of three triangles");
       triangles.push_back(std::move(outcome.result.mesh.triangles));
     }
     std::vector<proto::TileMesh> results(jobs.size());
@@ -101,7 +101,6 @@ class TileSimplifier final : public Simplifier {
     return results;
   }
   std::string device() const override { return engine_->device(); }
-  std::span<const proto::StageTime> stages() const override { return {}; }
 
  private:
   std::unique_ptr<Engine> engine_;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "gpu/mesh/mesh_point.h"
-#include "gpu/mesh/rings.h"
+#include "gpu/mesh/tile_valence.h"
 #include "gpu/mesh/triangle_neighbours.h"
 
 namespace cordillera::gpu {

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "gpu/device/atomic.h"
-#include "gpu/mesh/rings.h"
+#include "gpu/mesh/valence_limits.h"
 
 namespace cordillera::gpu {
 

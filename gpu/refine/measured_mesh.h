@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "gpu/mesh/refine_shape.h"
-#include "gpu/mesh/rings.h"
+#include "gpu/mesh/tile_valence.h"
 #include "gpu/mesh/triangle_neighbours.h"
 #include "gpu/refine/refine.h"
 

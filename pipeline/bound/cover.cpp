@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "pipeline/bound/overlay.h"
 #include "proto/integers.h"
 
 namespace cordillera::pipeline {

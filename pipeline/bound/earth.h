@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "gpu/refine/refine.h"
-#include "pipeline/bound/overlay.h"
+#include "pipeline/bound/plan_point.h"
 #include "proto/ellipsoid.h"
 
 namespace cordillera::pipeline {

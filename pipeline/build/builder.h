@@ -1,10 +1,9 @@
 #pragma once
-// Blocks and merges: the tasks of a build. A task needs nothing but the plan, its node and the source (a merge: its children's
-// stored meshes), so it can run in any order, anywhere, twice, with the same bytes.
+// Blocks, and the levels above them: the tasks of a build. A task needs nothing but the plan, its node and the source (the levels
+// above: what blocks have left), so it can run in any order, anywhere, twice, with the same bytes.
 #include <atomic>
 #include <condition_variable>
 #include <functional>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -14,25 +13,19 @@
 #include "pipeline/build/exact/gathered_blocks.h"
 #include "pipeline/build/exact_build.h"
 #include "pipeline/build/regions_above.h"
-#include "pipeline/build/tile_simplifiers.h"
+#include "pipeline/build/tile_strategy.h"
 #include "pipeline/build/water_build.h"
 #include "pipeline/build/worker_sources.h"
 #include "pipeline/store/store.h"
 #include "pipeline/threads/workers.h"
-#include "pipeline/tile/tile_mesh.h"
 #include "raster/pixels/shared_pixels.h"
 #include "raster/source.h"
 
 namespace cordillera::pipeline {
 
-/// Tiles of one level, by address.
-using Tiles = std::map<proto::TileAddress, BuiltTile>;
-/// Index bit 0 east, bit 1 north; nullptr where a child has no data.
-std::array<const BuiltTile*, 4> children_of(const proto::TileAddress& tile, const Tiles& below);
-
 /// What a build may use; it changes no byte, but for the last.
 struct Room {
-  std::string device;             ///< of gpu::make_simplifier
+  std::string device;             ///< "auto", "cpu", "cuda", "cuda:N"
   std::uint32_t memory_mib = 0;   ///< 0: as much as there is
   std::int32_t quarter_side = 0;  ///< see BuildRequest
 };
@@ -68,10 +61,8 @@ class Builder {
   /// What blocks leave for a merge of all of them is kept for it from now on, where there is memory for that; else, or if another
   /// process made them, it is read.
   void gather_for_merge();
-  /// One parent above the blocks; where these are merged at once, all levels above them. It asks for those of nodes_below().
-  /// share: as of block().
-  proto::Result<FinishedTask> merge(const proto::TileAddress& node, const ChildMesh& mesh_of,
-                                    const std::function<void(double)>& share);
+  /// All levels above the blocks, of what these have left. share: as of block().
+  proto::Result<FinishedTask> merge(const ChildMesh& mesh_of, const std::function<void(double)>& share);
 
   /// A node whose block is made several times, with targets that differ: what is read of it stays.
   struct SampleBlock {
@@ -80,27 +71,20 @@ class Builder {
     proto::Samples samples;  ///< of it and a little around; all_void(): there is no data
   };
   proto::Result<SampleBlock> sample_block(const proto::TileAddress& node);
-  /// Published triangles of so many levels, the finest first. Where tiles are made one by one, of no more than the block has.
+  /// Published triangles of so many levels, the finest first.
   proto::Result<std::vector<double>> count(const SampleBlock& block, int levels);
 
  private:
-  /// The finest samples of a node, and two cells of its level around it. Empty where the source knows that it has no data there.
-  proto::Result<proto::Samples> read(const proto::TileAddress& node);
-  /// Likewise of an exact block; its samples hold all of its place, or nothing.
-  proto::Result<SampleBlock> read_exact(const proto::TileAddress& node, Workers::Haste haste);
+  /// The finest samples of a node; they hold all of its place, or nothing.
+  proto::Result<SampleBlock> read(const proto::TileAddress& node, Workers::Haste haste);
   std::vector<raster::PixelPoint> pixels_in(const proto::TileAddress& tile, unsigned worker);
   bool is_empty(const raster::Source::Window& window);
   bool by_regions() const;  ///< levels above blocks are made, and of one ground else
-  proto::Result<FinishedTask> merge_at_once(const ChildMesh& mesh_of, const std::function<void(double)>& share);
   proto::Result<FinishedTask> tiles_of_block(const proto::TileAddress& node, const std::function<void(double)>& share,
                                              const FinestSink& finest);
-  proto::Result<FinishedTask> exact_block(const proto::TileAddress& node, const std::function<void(double)>& share,
-                                          const FinestSink& finest);
   /// Reads what of the window its samples hold; those lie within the window or are void already.
   proto::Result<void> read_into(const raster::Source::Window& window, proto::Samples& samples,
                                 Workers::Haste haste = Workers::Haste::none);
-  /// Tiles of the finest level meet the source's pixels first, where that is asked for.
-  void encode(const LevelContext& context, std::vector<BuiltTile>& tiles, FinishedTask& task);
 
   proto::Plan plan_;
   bool alone_ = false;
@@ -116,7 +100,7 @@ class Builder {
   std::mutex rooms_mutex_;
   std::condition_variable room_free_;
   std::size_t rooms_taken_ = 0;
-  TileSimplifiers tiles_;
+  TileStrategy strategy_;
   ExactSimplifiers exact_;
   std::unique_ptr<GatheredBlocks> gathered_;  ///< since gather_for_merge()
 };

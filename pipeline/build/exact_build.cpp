@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <future>
+#include <numeric>
 #include <optional>
 #include <set>
 
@@ -31,7 +32,6 @@ constexpr double kTakenOff = 1.5, kMoreCareful = 0.998;  // of what it is above;
 struct EncodedLevel {
   std::vector<EncodedTile> tiles;
   std::vector<EncodedTile> lost;  ///< records of tiles with data and without triangles
-  std::vector<BuiltTile> whole;   ///< of levels that the merge above the block needs
   double above_m = 0;
 };
 
@@ -49,15 +49,15 @@ class BlockBuild {
         frames_(lattice_, samples),
         counts_(lattice_, samples, team.workers, Workers::Haste::somebody_waits),  // the simplifier does
         asked_(levels_of_block(plan, node.z, place, samples)),
-        keeps_squares_(place.merged_above && merged_at_once(plan)) {
-    if (keeps_squares_) asked_.known_reach = most_rim_reach(plan);
+        merged_above_(place.merged_above) {
+    if (merged_above_) asked_.known_reach = most_rim_reach(plan);
   }
 
   proto::Result<FinishedTask> run(ExactSimplifiers& simplifiers, const std::function<void(double)>& share) {
     std::vector<EncodedLevel> levels;
     for (int run = 1;; ++run) {
       if (const auto made = one_run(simplifiers, share, levels); !made.ok()) return made.problem();
-      const std::size_t again = plan_.promise() && run < kMostRuns ? ask_for_more(levels) : levels.size();
+      const std::size_t again = run < kMostRuns ? ask_for_more(levels) : levels.size();
       if (again < levels.size()) {
         levels.resize(again);
         continue;
@@ -68,10 +68,7 @@ class BlockBuild {
         for (auto* const tiles : {&level.tiles, &level.lost})
           std::move(tiles->begin(), tiles->end(), std::back_inserter(task.tiles));
       }
-      if (keeps_squares_)
-        task.mesh = {node_, to_bytes(kept_, code_unit(plan_))};
-      else if (place_.merged_above)
-        task.mesh = {node_, to_bytes(handed_up(levels))};
+      if (merged_above_) task.mesh = {node_, to_bytes(kept_, code_unit(plan_))};
       return task;
     }
   }
@@ -84,7 +81,7 @@ class BlockBuild {
     std::vector<std::future<EncodedLevel>> under_way;
     const auto take = [&](std::size_t l, BlockMesh&& mesh) {
       if (l == 0) under_way.clear();  // a lost device's
-      if (keeps_squares_ && l + 1 == asked_.levels.size()) kept_.mesh = tile_mesh_of_block(mesh, block.columns - 1);
+      if (merged_above_ && l + 1 == asked_.levels.size()) kept_.mesh = tile_mesh_of_block(mesh, block.columns - 1);
       if (l < levels.size()) return;
       const int z = lattice_.finest_level - static_cast<int>(l);
       under_way.push_back(std::async(std::launch::async,
@@ -94,7 +91,7 @@ class BlockBuild {
     const bool somebody_waits = team_.finest.haste() == Workers::Haste::somebody_waits;
     const auto keep = [this](gpu::exact::Squares&& squares) { kept_.squares = std::move(squares); };
     const auto made =
-        simplifiers.simplify(block, asked_, take, keeps_squares_ ? ExactSimplifiers::TakeSquares(keep) : nullptr, somebody_waits);
+        simplifiers.simplify(block, asked_, take, merged_above_ ? ExactSimplifiers::TakeSquares(keep) : nullptr, somebody_waits);
     for (auto& level : under_way) levels.push_back(level.get());
     return made;
   }
@@ -115,46 +112,53 @@ class BlockBuild {
   }
 
   EncodedLevel encoded(ExactSimplifiers& simplifiers, int z, const BlockMesh& mesh) {
-    LevelContext context{&lattice_, &level_plan(plan_, z), plan_.promise(), &samples_};
-    context.frames = &frames_;
+    LevelContext context{&lattice_, &level_plan(plan_, z), &samples_, plan_.promise(), &frames_};
     context.counts = &counts_;
-    const bool handed_up = place_.merged_above && !keeps_squares_ && z <= node_.z + 1;
-    std::vector<BuiltTile> tiles = tiles_of_block(plan_, place_, z, mesh, handed_up ? TileParts::whole : TileParts::published);
+    const bool anew = team_.strategy.is_open();
+    std::vector<BuiltTile> tiles = tiles_of_block(plan_, place_, z, mesh, anew ? TileParts::whole : TileParts::published);
+    if (anew) simplify_anew(context, tiles);
     std::vector<gpu::SurfaceMemory> memories = measured(simplifiers, context, tiles);
     const bool on_gpu = !memories.empty();
     memories.resize(tiles.size());
     std::vector<double> above(tiles.size());
     std::vector<std::optional<EncodedTile>> made(tiles.size());
-    const bool finest = z == lattice_.finest_level, meets = finest && context.promise && pixels_within_m(plan_) > 0;
+    const bool finest = z == lattice_.finest_level, meets = finest && pixels_within_m(plan_) > 0;
     const auto haste = finest ? team_.finest.haste() : Workers::Haste::none;
     const auto finish = [&](std::size_t k, unsigned worker) {
-      FinishedFinest finished;
-      if (finest) {
-        finished = finish_finest(plan_, context, tiles[k], team_.pixels(tiles[k].tile, worker), Measure::always, memories[k]);
-      } else {
-        finished.above_m = measure_exact(context, tiles[k], memories[k]);
-        finished.tile = encode_tile(context, tiles[k], plan_.options());
-      }
-      above[k] = finished.above_m;
+      FinishedFinest finished =
+          finest ? finish_finest(plan_, context, tiles[k], team_.pixels(tiles[k].tile, worker), Measure::always, memories[k])
+                 : finished_coarser(context, tiles[k], memories[k]);
+      above[k] = anew ? 0 : finished.above_m;  // less of the block would change nothing
       made[k] = std::move(finished.tile);
       if (!meets || !on_gpu) memories[k] = {};  // they take more room than the meshes
-      if (!handed_up && !meets) tiles[k] = {};
+      if (!meets) tiles[k] = {};
       return std::move(finished.on_sides);
     };
     if (meets)
       finish_with_sides(context, tiles, team_.workers, finish, haste);
     else
       team_.workers.each(tiles.size(), finish, haste);
-    if (!handed_up) tiles.clear();
+    tiles.clear();
     EncodedLevel level;
-    if (handed_up) level.whole = std::move(tiles);
     for (const double a : above) level.above_m = std::max(level.above_m, a);
     level.tiles = without_gaps(made);
     level.lost = lost(z, level.tiles);
     // A level above its target may be made again.
-    const bool final = level.above_m == 0 || !plan_.promise();
-    if (finest && final && team_.finest) team_.finest.take(level.tiles);
+    if (finest && level.above_m == 0 && team_.finest) team_.finest.take(level.tiles);
     return level;
+  }
+
+  /// By the published algorithm that is asked for. Tiles without a published triangle go.
+  void simplify_anew(const LevelContext& context, std::vector<BuiltTile>& tiles) {
+    team_.workers.each(tiles.size(), [&](std::size_t k, unsigned worker) { team_.strategy.simplify(context, tiles[k], worker); });
+    std::erase_if(tiles, [](const BuiltTile& tile) { return tile.mesh.triangles.empty(); });
+  }
+
+  FinishedFinest finished_coarser(const LevelContext& context, BuiltTile& tile, gpu::SurfaceMemory& memory) const {
+    FinishedFinest finished;
+    finished.above_m = measure_exact(context, tile, memory);
+    finished.tile = encode_tile(context, tile, plan_.options());
+    return finished;
   }
 
   /// Records of the tiles whose data is under no triangle: single samples among voids, and narrow ones.
@@ -172,15 +176,6 @@ class BlockBuild {
       record.mutable_pixels()->set_uncovered(static_cast<std::uint32_t>(team_.pixels(address_of(record), worker).size()));
     });
     return all;
-  }
-
-  /// The node's tile, with what the merge above it needs.
-  BuiltTile handed_up(std::vector<EncodedLevel>& levels) const {
-    LevelContext context{&lattice_, &level_plan(plan_, node_.z), plan_.promise(), &samples_};
-    context.merges_above = true;
-    BuiltTile tile = std::move(levels.back().whole.front());
-    hand_up_exact(context, levels[levels.size() - 2].whole, tile);
-    return tile;
   }
 
   /// Less is asked of levels above their target the next time, but on sides that other blocks share. The first of them; none: how
@@ -213,28 +208,48 @@ class BlockBuild {
   const gpu::SampleFrames frames_;
   const SampleCounts counts_;
   gpu::exact::BlockPlan asked_;
-  const bool keeps_squares_;  ///< for levels that are made at once above all blocks
+  const bool merged_above_;  ///< levels above need its mesh and its squares
   KeptBlock kept_;
 };
 
 }  // namespace
 
-proto::Result<FinishedTask> build_exact_block(const proto::Plan& plan, const proto::TileAddress& node, const BlockPlace& place,
-                                              const proto::Samples& samples, ExactSimplifiers& simplifiers,
-                                              const BlockReaders& team, const std::function<void(double)>& share) {
+proto::Result<FinishedTask> build_block(const proto::Plan& plan, const proto::TileAddress& node, const BlockPlace& place,
+                                        const proto::Samples& samples, ExactSimplifiers& simplifiers, const BlockReaders& team,
+                                        const std::function<void(double)>& share) {
   return BlockBuild(plan, node, place, samples, team).run(simplifiers, share);
 }
 
-proto::Result<std::vector<double>> count_exact_block(const proto::Plan& plan, int coarsest, const BlockPlace& place,
-                                                     const proto::Samples& samples, ExactSimplifiers& simplifiers) {
+namespace {
+
+/// Of a level by a published algorithm.
+double count_anew(const LevelContext& context, std::vector<BuiltTile> tiles, const BlockCounters& team) {
+  std::vector<std::size_t> triangles(tiles.size());
+  team.workers.each(tiles.size(), [&](std::size_t k, unsigned worker) {
+    team.strategy.simplify(context, tiles[k], worker);
+    triangles[k] = tiles[k].mesh.triangles.size();
+  });
+  return static_cast<double>(std::accumulate(triangles.begin(), triangles.end(), std::size_t{0}));
+}
+
+}  // namespace
+
+proto::Result<std::vector<double>> count_block(const proto::Plan& plan, int coarsest, const BlockPlace& place,
+                                               const proto::Samples& samples, const BlockCounters& team) {
+  const proto::Lattice lattice = lattice_of(plan);
   const BlockCurve curve = curve_of(plan, place);
   const gpu::exact::BlockPlan asked = levels_of_block(plan, coarsest, place, samples);
+  const gpu::SampleFrames frames(lattice, samples);
   std::vector<double> triangles(asked.levels.size());
-  const auto made = simplifiers.simplify(
+  const auto made = team.simplifiers.simplify(
       block_at(plan, place, samples, curve), asked,
       [&](std::size_t level, BlockMesh&& mesh) {
-        triangles[level] =
-            static_cast<double>(std::ranges::count_if(mesh.triangles, [&](const auto& t) { return is_published(mesh, t); }));
+        const int z = lattice.finest_level - static_cast<int>(level);
+        const LevelContext context{&lattice, &level_plan(plan, z), &samples, plan.promise(), &frames};
+        triangles[level] = team.strategy.is_open()
+                               ? count_anew(context, tiles_of_block(plan, place, z, mesh, TileParts::whole), team)
+                               : static_cast<double>(
+                                     std::ranges::count_if(mesh.triangles, [&](const auto& t) { return is_published(mesh, t); }));
       },
       nullptr);
   if (!made.ok()) return made.problem();
@@ -305,7 +320,7 @@ class AboveBuild {
     share_(1 - std::exp2(-1 - static_cast<double>(l)));  // a level has fewer vertices than the one below it
   }
   std::vector<EncodedTile> finished(int z, std::int64_t west, const BlockMesh& mesh) {
-    const LevelContext context{&lattice_, &level_plan(plan_, z), plan_.promise(), nullptr};
+    const LevelContext context{&lattice_, &level_plan(plan_, z), nullptr};
     BlockPlace place = place_;
     place.west = west, place.east = west + place_.east - place_.west;
     std::vector<BuiltTile> tiles = tiles_of_block(plan_, place, z, mesh);
@@ -327,8 +342,8 @@ class AboveBuild {
 
 }  // namespace
 
-proto::Result<FinishedTask> build_exact_above(const proto::Plan& plan, Above above, ExactSimplifiers& simplifiers,
-                                              Workers& workers, const std::function<void(double)>& share) {
+proto::Result<FinishedTask> build_above(const proto::Plan& plan, Above above, ExactSimplifiers& simplifiers, Workers& workers,
+                                        const std::function<void(double)>& share) {
   FinishedTask task;
   task.node = node_above(plan);
   auto tiles = AboveBuild(plan, std::move(above), workers, share).run(simplifiers);

@@ -1,12 +1,13 @@
 #pragma once
-// The task of an exact plan: a block simplified by gpu/exact, all its levels, each tile measured and encoded while the next level
-// is made.
+// The task of a plan: a block simplified by gpu/exact, all its levels, each tile measured and encoded while the next level is
+// made.
 #include <functional>
 #include <vector>
 
 #include "pipeline/build/exact/exact_above.h"
 #include "pipeline/build/exact/exact_block.h"
 #include "pipeline/build/exact/exact_simplifiers.h"
+#include "pipeline/build/tile_strategy.h"
 #include "pipeline/store/store.h"
 #include "pipeline/threads/workers.h"
 #include "pipeline/tile/tile_mesh.h"
@@ -28,20 +29,27 @@ struct BlockReaders {
   Workers& workers;
   const ReadPixels& pixels;
   const FinestSink& finest;
+  TileStrategy& strategy;  ///< makes tiles anew where it is open
 };
 
 /// All tiles of a node's block, from samples that hold it (see BlockPlace::empty_samples), and its mesh where levels are merged
 /// above. share: as in Builder::block, from where the samples are there to 1.
-proto::Result<FinishedTask> build_exact_block(const proto::Plan& plan, const proto::TileAddress& node, const BlockPlace& place,
-                                              const proto::Samples& samples, ExactSimplifiers& simplifiers,
-                                              const BlockReaders& team, const std::function<void(double)>& share);
+proto::Result<FinishedTask> build_block(const proto::Plan& plan, const proto::TileAddress& node, const BlockPlace& place,
+                                        const proto::Samples& samples, ExactSimplifiers& simplifiers, const BlockReaders& team,
+                                        const std::function<void(double)>& share);
 
+/// Who counts: threads alone where tiles are made anew.
+struct BlockCounters {
+  ExactSimplifiers& simplifiers;
+  Workers& workers;
+  TileStrategy& strategy;
+};
 /// Published triangles of its levels alone, the finest first. coarsest: may be above the plan's block level.
-proto::Result<std::vector<double>> count_exact_block(const proto::Plan& plan, int coarsest, const BlockPlace& place,
-                                                     const proto::Samples& samples, ExactSimplifiers& simplifiers);
+proto::Result<std::vector<double>> count_block(const proto::Plan& plan, int coarsest, const BlockPlace& place,
+                                               const proto::Samples& samples, const BlockCounters& team);
 
-/// All tiles above the blocks, see merged_at_once. share: as in Builder::block, by one thread.
-proto::Result<FinishedTask> build_exact_above(const proto::Plan& plan, Above above, ExactSimplifiers& simplifiers,
-                                              Workers& workers, const std::function<void(double)>& share);
+/// All tiles above the blocks. share: as in Builder::block, by one thread.
+proto::Result<FinishedTask> build_above(const proto::Plan& plan, Above above, ExactSimplifiers& simplifiers, Workers& workers,
+                                        const std::function<void(double)>& share);
 
 }  // namespace cordillera::pipeline

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "gpu/simplify.h"
 #include "pipeline/build/build.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/plan/plan_options.h"
@@ -16,8 +17,8 @@ namespace cordillera::pipeline {
 namespace {
 
 /// Of a dataset of more than kWholeTiles: blocks of the finest tiles below a node so many levels up, spread over the data. The
-/// search begins with the first few. One of exact is a tile that reaches as far up as it likes; where tiles are made one by one
-/// it ends at its node.
+/// search begins with the first few. One of exact is a tile that is simplified for coarser levels, too; where tiles are made one
+/// by one it ends at its node.
 struct SampleSize {
   std::size_t blocks, first;
   int levels_up;
@@ -121,7 +122,8 @@ class Pilot {
   /// place it looks on until one has data.
   proto::Result<void> choose_blocks() {
     const int block_level = static_cast<int>(plan_.block_level());
-    const SampleSize size = plan_.exact() ? kSample : kSampleOfTiles;
+    const bool by_tiles = strategy_of(plan_) != gpu::kExact;
+    const SampleSize size = by_tiles ? kSampleOfTiles : kSample;
     const bool whole = touched_count(plan_, finest_) <= 4.0 * kWholeTiles && touched_tiles(plan_, finest_).size() <= kWholeTiles;
     top_ = whole ? block_level : std::max(block_level, finest_ - size.levels_up);
     const std::vector<proto::TileAddress> all = nodes_to_choose_from();
@@ -140,7 +142,7 @@ class Pilot {
     }
     order_by_golden_steps();
     first_ = whole ? blocks_.size() : std::min(size.first, blocks_.size());
-    sampled_ = plan_.exact() && !whole ? levels_with_triangles() : finest_ - top_ + 1;
+    sampled_ = !whole && !by_tiles ? levels_with_triangles() : finest_ - top_ + 1;
     return {};
   }
 

@@ -115,7 +115,7 @@ class RegionsBuild {
  private:
   proto::Result<void> make_level(std::size_t l, std::vector<EncodedTile>& tiles) {
     const int z = static_cast<int>(plan_.block_level()) - 1 - static_cast<int>(l);
-    const LevelContext context{&lattice_, &level_plan(plan_, z), plan_.promise(), nullptr};
+    const LevelContext context{&lattice_, &level_plan(plan_, z), nullptr};
     std::vector<Region> regions = quarters_.regions(l);
     std::vector<MadeRegion> made(regions.size());
     std::map<std::pair<std::int64_t, std::int64_t>, proto::TileMesh> quarters;
@@ -317,7 +317,7 @@ class RegionsBuild {
     const std::vector<BuiltTile> before = pieces;
     state_errors(context, known, team_.workers.loop(), pieces, step);
     LevelContext as_it_is = context;
-    as_it_is.promise = false;
+    as_it_is.put_back = false;
     for (std::size_t n = 0; n < pieces.size(); ++n) {
       if (met(place, pieces[n]) == met(place, before[n])) continue;
       std::vector<BuiltTile> again{before[n]};

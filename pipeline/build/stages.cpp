@@ -169,7 +169,7 @@ proto::Result<void> build_blocks(const Site& site, const std::vector<proto::Tile
   const bool lazy = site.follower && site.follower->lazy();
   if (lazy)
     show_made(site, all);
-  else if (merged_at_once(site.plan) && !blocks.empty())
+  else if (has_levels_above(site.plan) && !blocks.empty())
     site.shop.builder.gather_for_merge();
   BlockOrder order(blocks, site.follower);
   auto built = lazy ? build_looked_at(site, blocks, order, make, take)
@@ -180,41 +180,24 @@ proto::Result<void> build_blocks(const Site& site, const std::vector<proto::Tile
   return built;
 }
 
-/// Stages above the blocks, one after the other.
+/// The task above the blocks, if there is one that is not done.
 proto::Result<void> merge_upwards(const Site& site, const Stages& stages) {
-  std::vector<std::vector<proto::TileAddress>> left;
-  double total = 0, open = 0;
-  for (std::size_t s = 1; s < stages.size(); ++s) {
-    left.push_back(unfinished(site, stages[s]));
-    total += static_cast<double>(stages[s].size());
-    open += static_cast<double>(left.back().size());
-  }
-  if (open == 0) return {};
-  site.teller.stage("merge", total, total - open);
-  Done done(site.teller, total - open);
-  for (const std::vector<proto::TileAddress>& nodes : left) {
-    const auto make = [&](std::size_t k) -> proto::Result<FinishedTask> {
-      if (site.stop) return kCancelled;
-      const auto tell = done.of(1);
-      auto task = site.shop.builder.merge(
-          nodes[k], [&](const proto::TileAddress& child) { return site.store.mesh(child); }, tell);
-      if (task.ok()) tell(1);
-      return task;
-    };
-    // A merge is one tile: as many side by side as there are threads.
-    const auto merged = in_flight(
-        nodes.size(), [&] { return site.shop.workers.threads(); }, make,
-        [&](std::size_t, FinishedTask&& task) { return commit(site, task); });
-    if (!merged.ok()) return merged.problem();
-  }
-  return {};
+  if (stages.size() == 1 || unfinished(site, stages.back()).empty()) return {};
+  site.teller.stage("merge", 1);
+  Done done(site.teller, 0);
+  const auto tell = done.of(1);
+  if (site.stop) return kCancelled;
+  auto task = site.shop.builder.merge([&](const proto::TileAddress& block) { return site.store.mesh(block); }, tell);
+  if (!task.ok()) return task.problem();
+  tell(1);
+  return commit(site, *task);
 }
 
 }  // namespace
 
 std::string device_of(const proto::Plan& plan, const std::string& asked, unsigned threads) {
   const double samples = static_cast<double>(columns_of(plan)) * static_cast<double>(rows_of(plan));
-  const bool is_soon_done = plan.exact() && samples < kSamplesOfThread * threads;
+  const bool is_soon_done = strategy_of(plan) == gpu::kExact && samples < kSamplesOfThread * threads;
   return gpu::is_any_device(asked) && is_soon_done ? "cpu" : asked;
 }
 
@@ -239,8 +222,8 @@ Workshop::Workshop(const BuildRequest& request, const proto::Plan& plan, const s
               stop) {}
 
 Stages stages_of(const proto::Plan& plan) {
-  Stages stages = stages_above(plan);
-  stages.insert(stages.begin(), touched_tiles(plan, static_cast<int>(plan.block_level())));
+  Stages stages{touched_tiles(plan, static_cast<int>(plan.block_level()))};
+  if (has_levels_above(plan)) stages.push_back({node_above(plan)});
   return stages;
 }
 

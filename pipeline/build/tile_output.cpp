@@ -193,7 +193,7 @@ FinishedFinest finish_finest(const proto::Plan& plan, const LevelContext& contex
   FinishedFinest finished;
   TilePixels placed(*context.lattice, built.tile, built.mesh.side, pixels);
   bool changed = false;
-  if (context.promise && pixels_within_m(plan) > 0) {
+  if (pixels_within_m(plan) > 0) {
     MetPixels met = meet_pixels(context, built, placed, memory);
     changed = met.changed;
     finished.on_sides = std::move(met.on_sides);

@@ -12,7 +12,6 @@
 #include "gpu/measure/upright.h"
 #include "gpu/mesh/lattice_triangle.h"
 #include "gpu/refine/height_step.h"
-#include "pipeline/bound/overlay.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/store/pixel_error_sum.h"
 #include "pipeline/tile/sample_at.h"

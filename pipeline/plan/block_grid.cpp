@@ -59,12 +59,6 @@ Cells cells_of(const proto::Plan& plan) {
 
 }  // namespace
 
-bool merged_at_once(const proto::Plan& plan) {
-  if (!plan.exact() || !has_levels_above(plan)) return false;
-  const Cells cells = cells_of(plan);
-  return cells.across * cells.up <= kMostCellsByRegions;
-}
-
 bool has_one_ground(const proto::Plan& plan) {
   const Cells cells = cells_of(plan);
   return std::max(cells.across, cells.up) < gpu::exact::kMostAbove &&
@@ -73,23 +67,11 @@ bool has_one_ground(const proto::Plan& plan) {
 
 proto::TileAddress node_above(const proto::Plan& plan) { return node_at(plan, grid_of(plan), 0).parent(); }
 
-std::vector<std::vector<proto::TileAddress>> stages_above(const proto::Plan& plan) {
-  if (merged_at_once(plan)) return {{node_above(plan)}};
-  std::vector<std::vector<proto::TileAddress>> stages;
-  for (int z = static_cast<int>(plan.block_level()) - 1; z >= static_cast<int>(plan.min_level()); --z)
-    stages.push_back(touched_tiles(plan, z));
-  return stages;
-}
-
-std::vector<proto::TileAddress> nodes_below(const proto::Plan& plan, const proto::TileAddress& node) {
-  std::vector<proto::TileAddress> below;
-  if (merged_at_once(plan)) {
-    const BlockGrid grid = grid_of(plan);
-    for (std::int32_t k = 0; k < grid.count(); ++k) below.push_back(node_at(plan, grid, k));
-    return below;
-  }
-  for (int c = 0; c < 4; ++c) below.push_back(node.child(c));
-  return below;
+std::vector<proto::TileAddress> blocks_of(const proto::Plan& plan) {
+  const BlockGrid grid = grid_of(plan);
+  std::vector<proto::TileAddress> blocks;
+  for (std::int32_t k = 0; k < grid.count(); ++k) blocks.push_back(node_at(plan, grid, k));
+  return blocks;
 }
 
 }  // namespace cordillera::pipeline

@@ -1,5 +1,5 @@
 #pragma once
-// Blocks of an exact plan side by side, and what is made above them.
+// Blocks of a plan side by side, and what is made above them.
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -28,22 +28,15 @@ BlockGrid grid_of(const proto::Plan& plan);
 /// Row by row from the south-west.
 proto::TileAddress node_at(const proto::Plan& plan, const BlockGrid& grid, std::int32_t k);
 
-/// Whether one task makes all levels above the blocks of a plan: exact blocks of no more cells of the finest level than
-/// kMostCellsByRegions. Else parents are merged of four children, level by level: many machines share that, and a tile of a level
-/// far above has no lines in it.
-bool merged_at_once(const proto::Plan& plan);
-inline constexpr std::int64_t kMostCellsByRegions = std::int64_t{1} << 35;
-/// Whether these blocks fit into one rectangle of gpu/exact, and take no more memory than kMostCellsAbove stands for. Else levels
-/// above them are made region by region.
+/// One task makes all levels above the blocks. Whether these fit into one rectangle of gpu/exact, and take no more memory than
+/// kMostCellsAbove stands for. Else levels above them are made region by region.
 bool has_one_ground(const proto::Plan& plan);
 /// Cells of the finest level of such a rectangle: 1.3 bytes of memory each, and of one that closes twice as many bytes. With all
 /// else that a build has then, 2.1 and 2.9 GB were seen.
 inline constexpr std::int64_t kMostCellsAbove = std::int64_t{1} << 30, kMostCellsAround = kMostCellsAbove / 2;
 /// The node that stands for that task, of the level above the blocks.
 proto::TileAddress node_above(const proto::Plan& plan);
-/// Nodes above the blocks that are tasks, stage by stage upwards.
-std::vector<std::vector<proto::TileAddress>> stages_above(const proto::Plan& plan);
-/// Nodes whose tasks leave something for this one's, above the blocks.
-std::vector<proto::TileAddress> nodes_below(const proto::Plan& plan, const proto::TileAddress& node);
+/// What it is made of: all nodes of the grid, numbered as node_at has them.
+std::vector<proto::TileAddress> blocks_of(const proto::Plan& plan);
 
 }  // namespace cordillera::pipeline

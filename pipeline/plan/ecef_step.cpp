@@ -9,13 +9,12 @@
 namespace cordillera::pipeline {
 namespace {
 
-constexpr double kStepsPerTile = 262144;       // a tile's side, at least: walls and spikes stay where they are
-constexpr double kStepShare = 1.0 / 64;        // of the target: quantisation must not spend the promise
-constexpr double kExactStepShare = 1.0 / 512;  // an exact block has only what this leaves of its target
-constexpr double kMostSteps = 1 << 21;         // of what a tile spans, and from a step's middle height: Draco keeps 2^23 exactly
-constexpr double kRelief_m = 8192;             // of a tile and its skirts
-constexpr double kLeastStep_m = 0x1p-14;       // 32 km of it are whole numbers that Draco takes
-constexpr double kPoleHeight_m = 1024;         // so near is enough, and seldom another one when rasters are added
+constexpr double kStepsPerTile = 262144;  // a tile's side, at least: walls and spikes stay where they are
+constexpr double kStepShare = 1.0 / 512;  // of the target: a block has only what this leaves of it
+constexpr double kMostSteps = 1 << 21;    // of what a tile spans, and from a step's middle height: Draco keeps 2^23 exactly
+constexpr double kRelief_m = 8192;        // of a tile and its skirts
+constexpr double kLeastStep_m = 0x1p-14;  // 32 km of it are whole numbers that Draco takes
+constexpr double kPoleHeight_m = 1024;    // so near is enough, and seldom another one when rasters are added
 
 /// The width of a column, of the height of a row: the greatest in the plan's window where that lies around a pole, else 1.
 double column_width(const proto::Plan& plan) {
@@ -37,11 +36,9 @@ double reach_m(const proto::Plan& plan, int level) {
 }
 double reach_m(const proto::Plan& plan, const proto::LevelPlan& level) { return reach_m(plan, static_cast<int>(level.level())); }
 
-/// As fine as the level asks for; around a pole as fine as float32 allows, but in exact blocks.
+/// As fine as the level asks for.
 double wanted_step_m(const proto::Plan& plan, const proto::LevelPlan& level) {
-  if (!plan.exact() && reaches_pole(plan)) return 0;
-  return std::min(reach_m(plan, level) / kStepsPerTile,
-                  possible_target_m(plan, level) * (plan.exact() ? kExactStepShare : kStepShare));
+  return std::min(reach_m(plan, level) / kStepsPerTile, possible_target_m(plan, level) * kStepShare);
 }
 
 /// The least that holds all points of a tile.
@@ -82,7 +79,7 @@ void set_ecef_steps(const proto::Plan& plan, proto::LevelPlan& level) {
     level.set_near(finest * kMostSteps);
   }
   // A tile of level 0 reaches from pole to pole, which is too many of the smallest steps.
-  if (!plan.exact() || !reaches_pole(plan) || level.level() == 0) return;
+  if (!reaches_pole(plan) || level.level() == 0) return;
   constexpr double kRoom = 15.0 / 16;  // for what a tile's translation is rounded by
   level.set_near_pole(level.ecef_step() * kMostSteps * kRoom);
   if (level.coarsest_ecef_step() == 0) level.set_middle_height(kPoleHeight_m * std::rint(middle_m / kPoleHeight_m));

@@ -20,17 +20,15 @@ namespace {
 // cut into triangles of a decent size, is off for the earth's curvature, and what may be asked for.
 constexpr double kDefaultErrorCells = 1.0 / 4, kDefaultErrorRelief = 1.0 / 50;
 constexpr double kLeastDefaultCells = 1.0 / 64, kLeastDefault_m = 100;
-constexpr double kChainShare = 0.8;  // of the target: border chains, as dense as the inside, leave triangles beside them the rest
-constexpr double kPolarChainShare = 0.5;  // beside a pole, where triangles are held to be upright too
 // Of the target. Heights are most of a .drc: at 2 m a step of 1/4 m instead of a millimetre leaves less than half of its bytes,
 // and adds 1/8 m at the most.
 constexpr double kHeightStepShare = 1.0 / 8;
 constexpr double kGreatestHeightStep_m = 4;    // seen from afar, mountains should not be terraces
 constexpr double kRimCells = 0.5;              // that a rim may move in a level; over all finer levels that adds up to one cell
 constexpr double kRimExtentShare = 1.0 / 256;  // small data keeps its outline, however coarse the level
-constexpr int kBlockLevels = 2;           // of an exact block that has levels above it: a tile handed up is measured against both
-constexpr int kLeastFinestLevel = 2;      // of exact: a chord of hundreds of kilometres sags
-constexpr double kPixelShare = 1.0 / 10;  // of the finest target: see pixels_within_m
+constexpr int kBlockLevels = 2;                // of a block that has levels above it
+constexpr int kLeastFinestLevel = 2;           // a chord of hundreds of kilometres sags
+constexpr double kPixelShare = 1.0 / 10;       // of the finest target: see pixels_within_m
 
 using proto::floor_divide;
 
@@ -74,16 +72,10 @@ bool is_to_meet_pixels(const proto::BuildOptions& options) {
   return options.pixels() == raster::kExactPixels || !paints_voids(options);
 }
 
-bool is_automatic(const proto::BuildOptions& options) {
-  return options.strategy().empty() || options.strategy() == kAutoStrategy;
-}
-
-bool is_exact(const proto::BuildOptions& options) { return is_automatic(options) || options.strategy() == gpu::kExact; }
-
 /// Meeting pixels takes cells that are neither wider nor higher than they: those of a pixel that is up to four times as long
 /// as it is wide are one level finer. Pixels of most of a degree and more have finer cells, too.
 int finest_level(const proto::Source& source, const proto::BuildOptions& options) {
-  const int level = std::max(level_of_pixels(source), is_exact(options) ? kLeastFinestLevel : 0);
+  const int level = std::max(level_of_pixels(source), kLeastFinestLevel);
   const bool finer = is_to_meet_pixels(options) && level < proto::kMaxLevel && !has_cells_within_pixels(source, level) &&
                      has_cells_within_pixels(source, level + 1);
   return finer ? level + 1 : level;
@@ -111,8 +103,8 @@ std::int64_t rows_of(const proto::Plan& plan) { return plan.window(3) - std::int
 
 namespace {
 
-/// Of waves: the coarsest level at which every node holds at most kBlockSamples of the window.
-int block_level(const proto::Plan& plan) {
+/// The coarsest level at which every node holds at most kBlockSamples of the window: places to look at are found by it.
+int level_of_places(const proto::Plan& plan) {
   const proto::Lattice lattice = lattice_of(plan);
   for (int z = static_cast<int>(plan.min_level()); z < lattice.finest_level; ++z) {
     const std::int64_t across = lattice.tile_units(z) + 1;
@@ -121,22 +113,21 @@ int block_level(const proto::Plan& plan) {
   return lattice.finest_level;
 }
 
-/// The coarsest level from `from` to `finest` whose nodes, whole, have at most so many samples; else the finest.
-int level_of_nodes(const proto::Lattice& lattice, int from, int finest, std::int64_t most) {
-  while (from < finest && (lattice.tile_units(from) + 1) * (lattice.tile_units(from) + 1) > most) ++from;
-  return from;
-}
-
-/// Of exact: its blocks have two levels or more, unless the plan has but one.
-int exact_block_level(const proto::Plan& plan, std::int64_t most) {
+/// The coarsest level whose nodes, whole, have at most so many samples. Blocks have two levels or more, unless the plan has but
+/// one.
+int block_level(const proto::Plan& plan, std::int64_t most) {
   const proto::Lattice lattice = lattice_of(plan);
-  return level_of_nodes(lattice, static_cast<int>(plan.min_level()), lattice.finest_level - kBlockLevels + 1, most);
+  int level = static_cast<int>(plan.min_level());
+  while (level < lattice.finest_level - kBlockLevels + 1 &&
+         (lattice.tile_units(level) + 1) * (lattice.tile_units(level) + 1) > most)
+    ++level;
+  return level;
 }
 
 std::int64_t samples_of(const proto::Plan& plan) { return columns_of(plan) * rows_of(plan); }
 
 /// One piece, or blocks: several keep all threads and a GPU busy.
-void plan_exact_blocks(proto::Plan& plan) {
+void plan_blocks(proto::Plan& plan) {
   plan.set_block_level(plan.min_level());
   const bool one_piece = samples_of(plan) <= kExactSamples &&
                          std::max(columns_of(plan), rows_of(plan)) + 2 * proto::kTileCells <= gpu::exact::kMostSamples;
@@ -144,7 +135,7 @@ void plan_exact_blocks(proto::Plan& plan) {
   const std::int64_t most = samples_of(plan) <= kMostSmallBlocks * kSmallExactSamples ? kSmallExactSamples
                             : samples_of(plan) <= kMostExactBlocks * kExactSamples    ? kExactSamples
                                                                                       : kBlockSamples;
-  plan.set_block_level(static_cast<std::uint32_t>(exact_block_level(plan, most)));
+  plan.set_block_level(static_cast<std::uint32_t>(block_level(plan, most)));
 }
 
 }  // namespace
@@ -152,14 +143,11 @@ void plan_exact_blocks(proto::Plan& plan) {
 proto::Lattice lattice_of(const proto::Plan& plan) { return {static_cast<int>(plan.finest_level())}; }
 
 std::string named_strategy(const proto::BuildOptions& options) {
-  return is_automatic(options) ? std::string(gpu::kExact) : options.strategy();
+  const std::string& name = options.strategy();
+  return name.empty() || name == kAutoStrategy || name == kFormerStrategy ? std::string(gpu::kExact) : name;
 }
 
-/// Of a plan of before, auto may be the strategy of tiles one by one.
-std::string strategy_of(const proto::Plan& plan) {
-  if (plan.exact()) return gpu::kExact;
-  return is_automatic(plan.options()) ? gpu::kStrategies.front() : plan.options().strategy();
-}
+std::string strategy_of(const proto::Plan& plan) { return named_strategy(plan.options()); }
 
 const proto::LevelPlan* find_level(const proto::Plan& plan, int level) {
   const auto& levels = plan.levels();
@@ -180,17 +168,11 @@ void derive_level(const proto::Plan& plan, proto::LevelPlan& level) {
   const proto::Lattice lattice = lattice_of(plan);
   const int z = static_cast<int>(level.level());
   const double target_m = possible_target_m(plan, level);
-  const bool at_pole = !plan.exact() && reaches_pole(plan);
   set_ecef_steps(plan, level);
-  // Around a pole two heights a step apart would stand a hand's breadth beside each other, and tilt what is measured along the
-  // normal. Exact blocks have no such triangles but where the ground is as steep.
-  const double height_step = at_pole ? 0 : std::min(target_m * kHeightStepShare, kGreatestHeightStep_m);
+  const double height_step = std::min(target_m * kHeightStepShare, kGreatestHeightStep_m);
   level.set_height_step(power_of_two_below(std::max(height_step, proto::kHeightStep_m)));
-  // Above the blocks half of the target is spent already: children's errors are added. Rounding takes its part, all of it where
-  // somebody asks for less than a float32 can tell.
-  const bool composed = z < static_cast<int>(plan.block_level()) && !merged_at_once(plan), exact = plan.exact() && !composed;
-  const double left = target_m * (composed ? 0.5 : 1) - usual_step_m(plan, level) - level.height_step() / 2;
-  level.set_chain_tolerance((exact ? 1 : at_pole ? kPolarChainShare : kChainShare) * std::max(left, 0.0));
+  // Rounding takes its part, all of it where somebody asks for less than a float32 can tell.
+  level.set_chain_tolerance(std::max(target_m - usual_step_m(plan, level) - level.height_step() / 2, 0.0));
   const double cell = static_cast<double>(lattice.cell_units(z));
   level.set_rim_tolerance(
       std::min(kRimCells * cell, std::max(kRimCells, static_cast<double>(extent_of(plan)) * kRimExtentShare)));
@@ -264,13 +246,13 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
   for (const std::int64_t side : {window.west, window.south, window.east, window.north})
     plan.add_window(static_cast<std::int32_t>(side));
   *plan.mutable_options() = options;
-  plan.set_exact(is_exact(options));
-  plan.set_promise(plan.exact() || options.keep_size() == 0);
-  plan.set_block_level(static_cast<std::uint32_t>(block_level(plan)));  // places to look at are found by it
+  plan.set_exact(true);
+  plan.set_promise(strategy_of(plan) == gpu::kExact || options.keep_size() == 0);
+  plan.set_block_level(static_cast<std::uint32_t>(level_of_places(plan)));
   look_at_ground(source, plan);
   const int level_of_error = options.has_max_level() ? range->first : level_of_pixels(source.description());
   const double error = options.has_error() ? options.error() : default_error_m(plan, level_of_error);
-  if (plan.exact()) plan_exact_blocks(plan);
+  plan_blocks(plan);
   // How and where it is built changes no byte, so it is no part of the plan.
   plan.mutable_options()->clear_device();
   plan.mutable_options()->clear_threads();
@@ -290,16 +272,12 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
 
 bool shows_sea(proto::Plan plan, const proto::BuildOptions& options, raster::Source& source) {
   if (!may_have_sea(options, source.description())) return false;
-  plan.set_block_level(static_cast<std::uint32_t>(block_level(plan)));  // as in make_plan
+  plan.set_block_level(static_cast<std::uint32_t>(level_of_places(plan)));  // as in make_plan
   return sees_sea(sample_places(plan, source), lattice_of(plan), source);
 }
 
 void use_smaller_blocks(proto::Plan& plan, std::int64_t most) {
-  const proto::Lattice lattice = lattice_of(plan);
-  const int now = static_cast<int>(plan.block_level());
-  const int level =
-      plan.exact() ? std::max(now, exact_block_level(plan, most)) : level_of_nodes(lattice, now, lattice.finest_level, most);
-  plan.set_block_level(static_cast<std::uint32_t>(level));
+  plan.set_block_level(std::max(plan.block_level(), static_cast<std::uint32_t>(block_level(plan, most))));
   for (proto::LevelPlan& numbers : *plan.mutable_levels()) derive_level(plan, numbers);
 }
 

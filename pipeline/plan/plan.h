@@ -16,14 +16,14 @@ inline constexpr unsigned kPlanFormat = 8;
 
 /// Finest samples a block may have: what one block task holds in memory, 5 bytes each.
 inline constexpr std::int64_t kBlockSamples = std::int64_t{4097} * 4097;
-/// With strategy=exact a raster of up to so many is one block; and so large are the blocks of a large one. Who asks for one tile
+/// A raster of up to so many is one block; and so large are the blocks of a large one. Who asks for one tile
 /// of a lazy dataset waits for its block. But provisional tiles reach down to the level of the blocks: with more of them than
 /// this they would take too long, and blocks are larger.
 inline constexpr std::int64_t kExactSamples = std::int64_t{2049} * 2049, kMostExactBlocks = 1024;
 /// Rasters between have smaller blocks, for the same reason. They cost one percent of triangles.
 inline constexpr std::int64_t kSmallExactSamples = std::int64_t{1025} * 1025, kMostSmallBlocks = 128;
-/// The default strategy: exact.
-inline constexpr const char* kAutoStrategy = "auto";
+/// The default strategy: exact. So is one that earlier versions had, and whose name is in files of options and in datasets.
+inline constexpr const char *kAutoStrategy = "auto", *kFormerStrategy = "waves";
 
 /// Plans everything but the targets of keep=, which need a pilot (see pilot.h): levels, blocks, targets, steps.
 proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildOptions& options);
@@ -38,21 +38,21 @@ double greatest_target_m(const proto::Plan& plan, int level);
 /// same source.
 bool shows_sea(proto::Plan plan, const proto::BuildOptions& options, raster::Source& source);
 
-/// Blocks of up to so many finest samples, or the smallest that there can be: a tile of waves, four of exact.
+/// Blocks of up to so many finest samples, or the smallest that there can be: of four tiles.
 void use_smaller_blocks(proto::Plan& plan, std::int64_t most);
 
 /// How near to the raster's own pixels the surface between samples is brought before anything is simplified, metres; 0: samples
 /// stay as they are, and the error counts at samples alone. It leaves simplification the rest of the finest target.
 double pixels_within_m(const proto::Plan& plan);
 
-/// Sets chain tolerance, .glb steps, height step and rim tolerance of a level from its target.
+/// Sets what sides may deviate, .glb steps, height step and rim tolerance of a level from its target.
 void derive_level(const proto::Plan& plan, proto::LevelPlan& level);
 
 proto::Lattice lattice_of(const proto::Plan& plan);
 /// Lattice vertices of its window, both ends included: where data goes around the earth, one more than the circle has.
 std::int64_t columns_of(const proto::Plan& plan);
 std::int64_t rows_of(const proto::Plan& plan);
-/// The strategy that is named, else the default one.
+/// The strategy that is named, else exact.
 std::string named_strategy(const proto::BuildOptions& options);
 /// Of gpu::kStrategies: what builds.
 std::string strategy_of(const proto::Plan& plan);

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "gpu/simplify.h"
-
 namespace cordillera::pipeline {
 namespace {
 
@@ -48,8 +46,7 @@ std::string note_on_sparse_levels(const proto::Manifest& manifest) {
   const std::string verb = coarsest == *last ? " shows " : " show ",
                     more = empty && *empty != *last ? ", and " + levels_text(coarsest, *empty) + " hardly any" : "";
   return levels_text(coarsest, *last) + verb + (empty == last ? "hardly any" : "less than half") + " of the data" + more +
-         ": it lies in strips or spots narrower than two cells there, where rims may move by one" +
-         (manifest.options().strategy() == gpu::kExact ? "; strategy=waves keeps more of it" : "");
+         ": it lies in strips or spots narrower than two cells there, where rims may move by one";
 }
 
 }  // namespace cordillera::pipeline

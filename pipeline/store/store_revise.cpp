@@ -46,7 +46,7 @@ proto::Result<void> copy_file(const std::string& from, const std::string& to) {
   return {};
 }
 
-/// Takes the tiles of a task away. What a block made lies below its node, what a merge made is the node.
+/// Takes the tiles of a task away. What a block made lies below its node; the other task has made all above.
 class Remover {
  public:
   Remover(Database& database, const Revision& revision)
@@ -64,7 +64,7 @@ class Remover {
         tiles_above_(database, "DELETE FROM tiles WHERE level < ?") {}
 
   void remove(const proto::TileAddress& node) {
-    if (revision_.merged_at_once && node.z < revision_.block_level) {
+    if (node.z < revision_.block_level) {
       note_above_.bind(revision_.block_level).run();
       tiles_above_.bind(revision_.block_level).run();
       return;

@@ -34,7 +34,6 @@ struct Revision {
   std::vector<proto::TileAddress> stale;     ///< of the last build: their tiles and meshes go
   std::vector<proto::TileAddress> finished;  ///< of the next build: nothing to do
   int block_level = 0, finest_level = 0;     ///< of both
-  bool merged_at_once = false;               ///< of both: one task has made all levels above the blocks
 };
 
 /// A copy of a published store at `to`, as an unfinished store of the plan, for StoreWriter::open. Shares the disk's blocks with

@@ -1,7 +1,6 @@
 #include "pipeline/tile/border.h"
 
 #include <algorithm>
-#include <string>
 
 namespace cordillera::pipeline {
 namespace {
@@ -15,6 +14,14 @@ std::int32_t height_or_none(const TileMesh& mesh, std::uint32_t v) {
 }
 
 }  // namespace
+
+Chain void_chain(std::int32_t units, std::int32_t gap) {
+  Chain chain;
+  for (std::int64_t k = 0; k<units; k += gap> 0 ? gap : units) chain.position.push_back(static_cast<std::int32_t>(k));
+  chain.position.push_back(units);
+  chain.height.assign(chain.position.size(), proto::kNoHeight);
+  return chain;
+}
 
 std::vector<std::uint32_t> side_vertices(const TileMesh& mesh, Side side) {
   const auto& across = runs_north(side) ? mesh.x : mesh.y;
@@ -35,22 +42,6 @@ Chain border_chain(const TileMesh& mesh, Side side) {
     chain.height.push_back(height_or_none(mesh, v));
   }
   return chain;
-}
-
-proto::Result<void> apply_chain(TileMesh& mesh, Side side, const Chain& chain) {
-  const auto& along = runs_north(side) ? mesh.y : mesh.x;
-  std::size_t next = 0;
-  for (const std::uint32_t v : side_vertices(mesh, side)) {
-    const bool stays = next < chain.position.size() && chain.position[next] == along[v];
-    if (stays && chain.height[next] != height_or_none(mesh, v)) break;
-    next += stays ? 1 : 0;
-    mesh.mark[v] = static_cast<std::uint8_t>((mesh.mark[v] & proto::kVoid) | (stays ? proto::kKeep : proto::kRemove));
-  }
-  if (next == chain.position.size()) return {};
-  return proto::Problem{
-      "chain-not-in-mesh",
-      "vertex " + std::to_string(chain.position[next]) + " of a border chain is not on that side of the mesh, or differs there",
-      "", ""};
 }
 
 }  // namespace cordillera::pipeline

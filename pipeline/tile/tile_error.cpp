@@ -10,9 +10,6 @@
 #include "gpu/measure/upright.h"
 #include "gpu/measure/upright_flips.h"
 #include "gpu/refine/height_step.h"
-#include "gpu/waves/thin.h"
-#include "pipeline/bound/composed_error.h"
-#include "pipeline/bound/loose.h"
 #include "pipeline/plan/plan.h"
 #include "proto/degrees.h"
 
@@ -67,7 +64,7 @@ double rounding_m(const proto::LevelPlan& level, const proto::Lattice& lattice, 
 double limit_of(const LevelContext& context) { return context.level->target() - gpu::kGrace_m; }
 double limit_of(const LevelContext& context, const proto::TileAddress& tile) {
   const double limit_m = limit_of(context), rounding = rounding_m(*context.level, *context.lattice, tile);
-  return limit_m >= kNearRounding * rounding ? limit_m : context.least_limit * rounding;
+  return limit_m >= kNearRounding * rounding ? limit_m : kNearRounding * rounding;
 }
 
 gpu::SurfaceErrorInput surface_input(const LevelContext& context, const BuiltTile& built) {
@@ -81,86 +78,22 @@ gpu::SurfaceErrorInput surface_input(const LevelContext& context, const BuiltTil
   return input;
 }
 
-std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built, gpu::SurfaceMemory& memory) {
+void measure(const LevelContext& context, BuiltTile& built, gpu::SurfaceMemory& memory) {
   const gpu::SurfaceErrorInput input = surface_input(context, built);
-  const double limit_m = context.promise ? limit_of(context, built.tile) : INFINITY;
+  const double limit_m = limit_of(context, built.tile);
   const gpu::Upright upright = upright_of(context, built);
   const std::int32_t step = height_step(*context.level);
   const gpu::SampleMeter samples(input, step);
   stand_up(built, upright, samples);
-  if (context.promise) {
-    const auto over = [&] {
-      return in_either(gpu::triangles_over(gpu::surface_error(input, limit_m, memory)),
-                       gpu::turned_triangles(upright, built.mesh));
-    };
-    const gpu::UprightMeter in_space(samples, upright);
-    const gpu::SteppedMeter meter(in_space, step);
-    put_back(built, meter, limit_m, over);
-    gpu::flip_turned(built.mesh, upright, samples, limit_m);
-    if (context.height_rounds >= 0) gpu::thin(built.mesh, meter, {limit_m, context.height_rounds, step});
-  }
+  const auto over = [&] {
+    return in_either(gpu::triangles_over(gpu::surface_error(input, limit_m, memory)), gpu::turned_triangles(upright, built.mesh));
+  };
+  const gpu::UprightMeter in_space(samples, upright);
+  const gpu::SteppedMeter meter(in_space, step);
+  put_back(built, meter, limit_m, over);
+  gpu::flip_turned(built.mesh, upright, samples, limit_m);
   built.measured = gpu::surface_error(input, limit_m, memory);
-  const std::vector<std::uint32_t> left = gpu::triangles_over(built.measured);
   built.max_error_m = built.measured.max_m + gpu::kGrace_m;
-  const std::vector<std::uint32_t> turned = gpu::turned_triangles(upright, built.mesh);
-  built.turned = turned.size();
-  return in_either(left, turned);
-}
-
-std::vector<std::uint32_t> compose(const LevelContext& context, const PreparedTile& prepared, BuiltTile& built, double limit_m) {
-  const gpu::EcefSteps steps = ecef_steps(*context.level);
-  const Surface& surface = *prepared.truth;
-  const ComposedMeter truth(*context.lattice, built.tile, surface.mesh, surface.max_error_m, surface.loose, steps);
-  const ComposedMeter children(*context.lattice, built.tile, prepared.input, prepared.inherited_error_m, prepared.inherited_loose,
-                               steps);
-  const NearerMeter nearer(truth, children);
-  const gpu::Upright upright = upright_of(context, built);
-  const gpu::UprightMeter in_space(nearer, upright);
-  const std::int32_t step = height_step(*context.level);
-  const gpu::SteppedMeter errors(nearer, step), meter(in_space, step);
-  stand_up(built, upright, nearer);
-  const double left_m = std::max(limit_m, truth.least_m() + kLeastStepShare * limit_m);
-  std::vector<std::uint32_t> over, still_over;
-  double greatest_m = greatest_error_m(errors, built.mesh, left_m, over);
-  over = in_either(over, gpu::turned_triangles(upright, built.mesh));
-  if (context.promise) {
-    if (!over.empty()) built.put_back = gpu::refine(built.mesh, meter, left_m, over, truth.points()).inserted;
-    gpu::flip_turned(built.mesh, upright, errors, left_m);
-    if (context.height_rounds >= 0) gpu::thin(built.mesh, meter, {left_m, context.height_rounds, step});
-    greatest_m = greatest_error_m(errors, built.mesh, left_m, still_over);
-  }
-  built.composed = true;
-  built.max_error_m = greatest_m;
-  const std::vector<std::uint32_t> turned = gpu::turned_triangles(upright, built.mesh);
-  built.turned = turned.size();
-  return in_either(still_over, turned);
-}
-
-void hand_up(const LevelContext& context, PreparedTile& prepared, BuiltTile& built) {
-  const proto::Lattice& lattice = *context.lattice;
-  const bool has_children = lattice.finest_level > prepared.tile.z;
-  Loose& loose = built.loose;
-  Loose& below = prepared.inherited_loose;
-  if (context.samples) {
-    loose.samples = uncovered_samples(lattice, built.tile, built.mesh, *context.samples);
-    if (has_children) below.samples = uncovered_samples(lattice, built.tile, prepared.input, *context.samples);
-    if (context.merges_above) {
-      mark_over_void(lattice, built.tile, *context.samples, built.mesh);
-      mark_over_void(lattice, built.tile, *context.samples, prepared.input);
-    }
-  } else {
-    for (const std::uint32_t v : prepared.over_void) prepared.input.mark[v] |= kOverVoid;
-    mark_over_void(prepared.input, built.mesh);
-    LeftOut left = left_out(built.mesh, prepared.input, prepared.inherited_error_m, below);
-    loose = std::move(left.loose);
-    // As many samples as cells of the lattice, about.
-    const double patched = prepared.inherited_uncovered - static_cast<double>(below.samples.size()) + left.more_units2;
-    built.measured.uncovered =
-        static_cast<std::uint32_t>(static_cast<double>(loose.samples.size()) + std::clamp(patched, 0.0, 1e9));
-  }
-  if (!context.merges_above) loose = {};
-  if (context.merges_above && has_children)
-    built.finer = Surface{std::move(prepared.input), prepared.inherited_error_m, std::move(below)};
 }
 
 }  // namespace cordillera::pipeline

@@ -1,7 +1,5 @@
 #pragma once
-// The error of a tile's mesh, made to keep the promise, and what levels above need to know of it. Of every strategy: waves and
-// others that simplify tile by tile come here from tile_mesh.cpp, exact from build/exact/exact_block.cpp. compose() is of the
-// first alone; exact states its errors above the blocks in build/exact/error_statement.h.
+// The error of a block's tile, made to keep the promise. Above the blocks: build/exact/error_statement.h.
 #include <cstdint>
 #include <vector>
 
@@ -9,7 +7,8 @@
 
 namespace cordillera::pipeline {
 
-inline constexpr double kLeastStepShare = 0.25;  ///< of the target, for the step above the blocks, even where children left less
+/// A limit that is less than so many times what rounding may make of an error is none: edges would be turned for that alone.
+inline constexpr double kNearRounding = 1.35;
 
 /// Triangles that refinement leaves over the limit are made one by one (gpu::refine_stuck) where there are no more of a tile: a
 /// handful are needles along steep walls, and where there are many, nothing helps.
@@ -25,21 +24,14 @@ double rounding_m(const proto::LevelPlan& level, const proto::Lattice& lattice, 
 
 /// The level's target, less what is added to every error that is stated.
 double limit_of(const LevelContext& context);
-/// The same of a tile; where that is near rounding_m(), least_limit times it.
+/// The same of a tile; where that is near rounding_m(), kNearRounding times it.
 double limit_of(const LevelContext& context, const proto::TileAddress& tile);
 
 /// A tile, and the samples that it is measured against.
 gpu::SurfaceErrorInput surface_input(const LevelContext& context, const BuiltTile& built);
 
-/// Against every finest sample; what exceeds limit_of() the tile is refined, where there is a promise. Returns the triangles that
-/// are still over it. memory: of the tile at that limit.
-std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built, gpu::SurfaceMemory& memory);
-
-/// Against finer surfaces, whose own errors are known. Returns the triangles that are still over the limit.
-std::vector<std::uint32_t> compose(const LevelContext& context, const PreparedTile& prepared, BuiltTile& built, double limit_m);
-
-/// Gives a tile that is done what levels above need: what it leaves uncovered, and the surface that it was made of. Takes it from
-/// prepared.
-void hand_up(const LevelContext& context, PreparedTile& prepared, BuiltTile& built);
+/// Against every finest sample; what exceeds limit_of() the tile is refined, and so are triangles that are upside down in space.
+/// memory: of the tile at that limit.
+void measure(const LevelContext& context, BuiltTile& built, gpu::SurfaceMemory& memory);
 
 }  // namespace cordillera::pipeline

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-#include "pipeline/tile/chain.h"
+#include "pipeline/tile/border.h"
 #include "proto/mesh.h"
 
 namespace cordillera::pipeline {

@@ -39,8 +39,8 @@ TaskKeys::TaskKeys(const proto::WorkPlan& plan) {
   const std::string& mask = plan.plan().options().water_mask();
   if (!mask.empty()) common_ += "\nwater mask " + raster::state_of(mask);
   // Blocks leave something else then.
-  if (merged_at_once(plan.plan())) common_ += "\nat once, codes by " + std::to_string(code_unit(plan.plan()));
-  if (numbers.exact()) common_ += "\nrims " + std::to_string(most_rim_reach(plan.plan()));
+  if (has_levels_above(plan.plan())) common_ += "\nat once, codes by " + std::to_string(code_unit(plan.plan()));
+  common_ += "\nrims " + std::to_string(most_rim_reach(plan.plan()));
   // A task does not depend on levels above its own, whose numbers change where the data comes to reach farther.
   for (const proto::LevelPlan& level : plan.plan().levels()) {
     numbers_ += level.SerializeAsString();
@@ -65,15 +65,6 @@ std::string TaskKeys::block(const TileAddress& node, const raster::Source::Windo
     // Rasters elsewhere decide which of these are sheets of one map.
     const auto of_one_map = [&](std::uint32_t other) { return sheets_[other] == sheets_[k]; };
     if (!sheets_.empty()) text.append(" map ").append(sources_[*std::find_if(sources.begin(), sources.end(), of_one_map)]);
-  }
-  return hex(content_hash(text));
-}
-
-std::string TaskKeys::merge(const TileAddress& node, const Keys& below) const {
-  std::string text = common_ + levels_.at(node.z) + place(node);
-  for (int c = 0; c < 4; ++c) {
-    const auto child = below.find(node.child(c));
-    text.append(1, ' ').append(child == below.end() ? "-" : child->second);
   }
   return hex(content_hash(text));
 }

@@ -22,9 +22,7 @@ class TaskKeys {
   /// window: of the samples that it reads. sources: indices of rasters, ascending.
   std::string block(const proto::TileAddress& node, const raster::Source::Window& window,
                     std::span<const std::uint32_t> sources) const;
-  /// below: keys of its children, and others.
-  std::string merge(const proto::TileAddress& node, const Keys& below) const;
-  /// Of all levels above the blocks at once.
+  /// Of all levels above the blocks. below: keys of these.
   std::string above(const Keys& below) const;
 
  private:

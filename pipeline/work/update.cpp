@@ -72,7 +72,6 @@ Revision between(const proto::WorkPlan& before, const proto::WorkPlan& now, cons
   Revision revision;
   revision.block_level = static_cast<int>(now.plan().block_level());
   revision.finest_level = static_cast<int>(now.plan().finest_level());
-  revision.merged_at_once = merged_at_once(now.plan());
   const auto same = [&](const proto::WorkTask& a, const proto::WorkTask& b) {
     if (a.key() == b.key()) return true;
     const bool is_block = static_cast<int>(a.level()) == revision.block_level && a.samples() > 0;
@@ -91,7 +90,7 @@ proto::Result<void> prepare_store(const UpdateOrder& order, const std::optional<
                                   const proto::WorkPlan& plan) {
   const std::string tasks = plan.SerializeAsString(), &path = order.request.store_path;
   if (note_in(path, kTasksNote) == tasks) return {};
-  if (before && merged_at_once(before->plan()) == merged_at_once(plan.plan())) {
+  if (before && has_levels_above(before->plan()) == has_levels_above(plan.plan())) {
     const auto store = StoreReader::open(order.before);
     if (!store.ok()) return store.problem();
     const Revision revision = between(*before, plan, {**store, before->plan(), plan.plan()});
@@ -129,7 +128,7 @@ std::optional<proto::WorkPlan> plan_in(const std::string& store_path) {
   const auto bytes = note_in(store_path, kTasksNote);
   proto::WorkPlan plan;
   if (!bytes || !plan.ParseFromString(*bytes) || plan.stages_size() == 0) return std::nullopt;
-  if (plan.format() != kPlanFormat || plan.plan().program() != proto::kProgram) return std::nullopt;
+  if (plan.format() != kPlanFormat || !plan.plan().exact() || plan.plan().program() != proto::kProgram) return std::nullopt;
   return plan;
 }
 

@@ -63,7 +63,7 @@ class Worker {
       if (const auto same = unchanged(member, check); !same.ok()) return same.problem();
       examined_.insert(asked);
     }
-    auto finished = task.sources_size() > 0 ? builder_.block(address_of(task), told_to_nobody) : merge(task);
+    auto finished = task.sources_size() > 0 ? builder_.block(address_of(task), told_to_nobody) : merge();
     // Who writes into a raster meanwhile may have had its pixels read in part.
     for (const raster::MosaicMember& member : members) {
       if (const auto same = unchanged(member, check_state); !same.ok()) return same.problem();
@@ -85,10 +85,9 @@ class Worker {
     return blocks ? open_source(request_) : proto::Result<std::unique_ptr<raster::Source>>(nullptr);
   }
 
-  proto::Result<FinishedTask> merge(const proto::WorkTask& task) {
+  proto::Result<FinishedTask> merge() {
     using Mesh = proto::Result<std::optional<std::string>>;
     return builder_.merge(
-        address_of(task),
         [&](const proto::TileAddress& child) -> Mesh {
           const auto found = below_.find(child);
           return found == below_.end() ? Mesh(std::nullopt) : read_shard_mesh(folder_, *found->second);

@@ -6,7 +6,6 @@
 #include "pipeline/build/pilot.h"
 #include "pipeline/build/stages.h"
 #include "pipeline/plan/plan.h"
-#include "pipeline/tile/chain.h"
 #include "pipeline/tileset/manifest_json.h"
 #include "pipeline/work/task_keys.h"
 #include "proto/mesh.h"
@@ -95,13 +94,14 @@ Keys add_blocks(const TaskKeys& names, proto::WorkPlan& work) {
   const bool several = work.sources_size() > 1;
   const std::int64_t seam =
       raster::feather_vertices(work.options().feather(), lattice) + (pixels_within_m(plan) > 0 ? raster::kProjectionReach : 0);
-  const std::int64_t near = rim_reach(lattice, level) + (several ? seam : 0);
+  const std::int64_t reach = 2 * lattice.cell_units(level);  // more than a block reads of its neighbours
+  const std::int64_t near = reach + (several ? seam : 0);
   const std::int64_t far = near + (several ? raster::fill_reach(raster::fill_limit_cells(work.options())) : 0);
   const BlockSources rasters(work);
   Keys keys;
   proto::WorkStage* stage = work.add_stages();
   for (const TileAddress& node : touched_tiles(plan, level)) {
-    const raster::Source::Window window = node_window(plan, node, rim_reach(lattice, level));
+    const raster::Source::Window window = node_window(plan, node, reach);
     if (window.west > window.east || window.south > window.north) continue;
     const std::vector<std::uint32_t> sources = rasters.of(wider(window, far)), beside = rasters.of(wider(window, near));
     if (sources.empty()) continue;
@@ -116,40 +116,17 @@ Keys add_blocks(const TaskKeys& names, proto::WorkPlan& work) {
   return keys;
 }
 
-/// What a merge costs, by the samples of the blocks below it: four meshes of full blocks, 67 million samples, take 13 s in the
-/// mean, and a block of 17 million 19 s. Each level up has a quarter of the triangles.
-constexpr double kMergeShare = 0.125, kShareAbove = 0.25;
+/// What the levels above blocks cost, by the samples of these: a quarter of the triangles from each level to the next.
+constexpr double kShareOfAbove = 1.0 / 6;
 
-void add_merge_of_all(const TaskKeys& names, const Keys& below, proto::WorkPlan& work) {
+void add_merge(const TaskKeys& names, const Keys& below, proto::WorkPlan& work) {
+  if (!has_levels_above(work.plan())) return;
   proto::WorkTask task = task_at(node_above(work.plan()));
   task.set_key(names.above(below));
   double samples = 0;
   for (const proto::WorkTask& block : work.stages(0).tasks()) samples += block.samples();
-  task.set_cost(samples * kMergeShare / (1 - kShareAbove));  // of all levels
+  task.set_cost(samples * kShareOfAbove);
   *work.add_stages()->add_tasks() = task;
-}
-
-void add_merges(const TaskKeys& names, Keys below, proto::WorkPlan& work) {
-  if (merged_at_once(work.plan())) return add_merge_of_all(names, below, work);
-  std::map<TileAddress, double> samples;  // of the blocks below a node
-  for (const proto::WorkTask& block : work.stages(0).tasks()) samples[address_of(block)] = block.samples();
-  double share = kMergeShare;
-  for (int z = static_cast<int>(work.plan().block_level()) - 1; z >= static_cast<int>(work.plan().min_level()); --z) {
-    std::map<TileAddress, double> sums;
-    for (const auto& [child, count] : samples) sums[child.parent()] += count;
-    Keys keys;
-    proto::WorkStage* stage = work.add_stages();
-    for (const auto& [node, sum] : sums) {
-      proto::WorkTask task = task_at(node);
-      task.set_key(names.merge(node, below));
-      task.set_cost(sum * share);
-      keys[node] = task.key();
-      *stage->add_tasks() = task;
-    }
-    below = std::move(keys);
-    samples = std::move(sums);
-    share *= kShareAbove;
-  }
 }
 
 /// Blocks of the size that is asked for, and what follows from it.
@@ -255,7 +232,7 @@ proto::Result<proto::WorkPlan> plan_work(const BuildRequest& request, const std:
     work.mutable_source()->clear_rows();
   }
   const TaskKeys names(work);
-  add_merges(names, add_blocks(names, work), work);
+  add_merge(names, add_blocks(names, work), work);
   if (work.stages(0).tasks_size() == 0) return without_data(request);
   return work;
 }
@@ -279,6 +256,9 @@ proto::Result<proto::WorkPlan> read_plan(const std::string& folder) {
                               std::to_string(kPlanFormat),
                           "a new plan", ""};
   }
+  if (!plan.plan().exact())
+    return proto::Problem{"plan-version", path + " has tiles made one by one, which this program makes no more", "a new plan",
+                          ""};
   if (plan.plan().program() != proto::kProgram) {
     return proto::Problem{"plan-version", path + " was made by " + plan.plan().program() + "; this is " + proto::kProgram,
                           "the same version on every machine, or a new plan", ""};

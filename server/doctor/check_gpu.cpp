@@ -1,7 +1,7 @@
 #include <cstdlib>
 
 #include "gpu/device/device_choice.h"
-#include "gpu/simplify.h"
+#include "gpu/exact/simplify_block.h"
 #include "server/doctor/doctor.h"
 #include "server/metrics/gpu_memory.h"
 
@@ -30,7 +30,7 @@ void check_gpu(const Settings& settings, Findings& findings) {
   const std::string& asked = settings.build.device();
   if (asked == "cpu") return;
   const bool demanded = !asked.empty() && asked != "auto";
-  const auto works = gpu::make_simplifier(demanded ? asked : "cuda");
+  const auto works = gpu::exact::make_block_simplifier(demanded ? asked : "cuda");
   if (works) {
     findings.push_back(Finding{"GPU", Health::good, (*works)->device() + " works", ""});
   } else if (demanded) {

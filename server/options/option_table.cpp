@@ -189,9 +189,9 @@ std::vector<OptionSpec> make_build_options() {
        {},
        OpenTo::operators},
       {"strategy", "NAME",
-       "how meshes are simplified; auto, exact: large blocks, no sample ever farther off than the error; waves: tile by tile, as "
-       "older datasets; cleap and sequential: the published algorithm, to be compared with",
-       "auto, waves, exact, cleap or sequential",
+       "how meshes are simplified; auto, exact: large blocks, no sample ever farther off than the error; cleap and sequential: "
+       "tiles by the published algorithm, to be compared with",
+       "auto, exact, cleap or sequential",
        [](std::string_view text, Settings& settings) {
          std::vector<std::string> names{pipeline::kAutoStrategy};
          names.insert(names.end(), gpu::kStrategies.begin(), gpu::kStrategies.end());

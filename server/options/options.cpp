@@ -6,6 +6,8 @@
 #include <cstdlib>
 #include <fstream>
 
+#include "gpu/simplify.h"
+#include "pipeline/plan/plan.h"
 #include "proto/letters.h"
 
 namespace cordillera::server {
@@ -49,13 +51,19 @@ std::optional<proto::Problem> check_together(const Settings& settings, const Giv
 }
 
 Given in_present_words(Given given, Spelling spelling, proto::BuildOptions& build) {
-  for (auto& [name, value] : given) {
-    if (!says_what_becomes_of_voids(value) || own_name(name, spelling) != "nodata") continue;
-    const std::string nodata = spelt("nodata", spelling), voids = spelt("voids", spelling);
-    const std::string sentence =
-        nodata + "=" + value + " is understood as " + voids + "=" + value + "; " + nodata + "= takes a value that means no data";
+  const auto warn = [&](const std::string& sentence) {
     auto& warnings = *build.mutable_warnings();
     if (std::find(warnings.begin(), warnings.end(), sentence) == warnings.end()) warnings.Add()->assign(sentence);
+  };
+  for (auto& [name, value] : given) {
+    if (own_name(name, spelling) == "strategy" && value == pipeline::kFormerStrategy) {
+      warn(spelt("strategy", spelling) + "=" + value + " is understood as exact: there are no waves any more");
+      value = gpu::kExact;
+    }
+    if (!says_what_becomes_of_voids(value) || own_name(name, spelling) != "nodata") continue;
+    const std::string nodata = spelt("nodata", spelling), voids = spelt("voids", spelling);
+    warn(nodata + "=" + value + " is understood as " + voids + "=" + value + "; " + nodata +
+         "= takes a value that means no data");
     name = voids;
   }
   return given;

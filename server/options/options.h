@@ -105,7 +105,7 @@ const std::vector<LimitOption>& limit_options();
 /// What no option of a build can refuse alone: error and keep replace each other between layers, and within one layer they are a
 /// contradiction; a least level above the finest. given: the layer that the settings have taken last.
 std::optional<proto::Problem> check_together(const Settings& settings, const Given& given, Spelling spelling);
-/// Earlier versions took nodata=hole and nodata=fill for what voids= says now; build gets a warning.
+/// Earlier versions took nodata=hole and nodata=fill for what voids= says now, and had strategy=waves; build gets a warning.
 Given in_present_words(Given given, Spelling spelling, proto::BuildOptions& build);
 
 /// Reads a table with options of a build or a service among its rows, and checks what they say together. settings: those of the

@@ -1,10 +1,10 @@
-// What comes from a disk that somebody else may have written: manifests, plans, mesh records, tiles. The first byte chooses.
+// What comes from a disk that somebody else may have written: manifests, plans, what blocks left, tiles. The first byte chooses.
 #include <cstddef>
 #include <cstdint>
 #include <string>
 
+#include "pipeline/build/exact/kept_block.h"
 #include "pipeline/encode/decode.h"
-#include "pipeline/tile/mesh_record.h"
 #include "pipeline/tileset/manifest_json.h"
 
 using namespace cordillera;
@@ -16,7 +16,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   proto::Manifest manifest;
   switch (data[0] % 6) {
     case 0: (void)pipeline::parse_manifest_json(bytes); break;
-    case 1: (void)pipeline::tile_from_bytes({3, 1, 1}, bytes); break;
+    case 1: (void)pipeline::kept_block_from(bytes, 1024, 0.25F); break;
     case 2: (void)pipeline::decode_drc(bytes); break;
     case 3: (void)pipeline::decode_glb(bytes); break;
     case 4: (void)plan.ParseFromString(bytes); break;

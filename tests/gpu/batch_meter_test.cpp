@@ -5,10 +5,13 @@
 
 #include <random>
 
+#include "gpu/cleap/tile_simplifier.h"
 #include "gpu/measure/sample_frames.h"
 #include "gpu/measure/surface_memory.h"
+#include "gpu/mesh/tile_valence.h"
 #include "gpu/simplify.h"
-#include "tests/bench/pyramid/terrain.h"
+#include "tests/bench/terrain.h"
+#include "tests/gpu/grid_mesh.h"
 
 namespace cordillera::gpu {
 namespace {
@@ -41,7 +44,8 @@ Scene scene(bench::Terrain kind, TileAddress top, int z, std::int32_t cells, std
   s.samples = {west + missing, south + missing, across, across, {}, {}};
   for (std::int64_t y = missing; y <= side - missing; ++y)
     for (std::int64_t x = missing; x <= side - missing; ++x) s.samples.height.push_back(bench::terrain_height(kind, x, y));
-  const auto simplifier = make_simplifier("cpu");
+  cleap::offer_strategies();
+  const auto simplifier = make_simplifier("cpu", one_after_the_other, "cleap");
   std::mt19937 random(7);
   const int down = z - top.z;
   for (int k = 0; k < 1 << 2 * down; ++k) {
@@ -56,11 +60,12 @@ Scene scene(bench::Terrain kind, TileAddress top, int z, std::int32_t cells, std
         heights.push_back(there ? s.samples.height[static_cast<std::size_t>(j * across + i)] : proto::kNoHeight);
       }
     }
-    const TileMesh grid = grid_mesh(cells, step, heights);
+    TileMesh grid = grid_mesh(cells, step, heights);
+    for (std::uint32_t v = 0; v < grid.vertices(); ++v)
+      if (sides_of(grid, v) > 0) grid.mark[v] |= proto::kKeep;
     std::vector<float> elevation;
     for (const std::int32_t h : grid.height) elevation.push_back(static_cast<float>(h) / 1024);
-    const auto cell = static_cast<float>(step);
-    const SimplifyJob job{&grid, elevation, cell, 4, 4, cell};
+    const SimplifyJob job{&grid, elevation, 4, static_cast<float>(step), 1};
     TileMesh mesh = (*simplifier)->simplify({&job, 1}).front();
     for (std::int32_t& h : mesh.height) h += static_cast<std::int32_t>(random() % 5) * 300;
     s.addresses.push_back(tile);

@@ -12,7 +12,7 @@
 #include "gpu/fit/steps/host_steps.h"
 #include "gpu/fit/vertical_error.h"
 #include "tests/bench/mesh_hash.h"
-#include "tests/bench/pyramid/terrain.h"
+#include "tests/bench/terrain.h"
 
 namespace cordillera::gpu::cleap {
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "gpu/exact/simplify_block.h"
-#include "tests/bench/pyramid/terrain.h"
+#include "tests/bench/terrain.h"
 
 namespace cordillera::gpu::exact {
 

@@ -11,7 +11,7 @@
 
 #include "gpu/fit/simplify_height_mesh.h"
 #include "gpu/fit/vertical_error.h"
-#include "tests/bench/pyramid/terrain.h"
+#include "tests/bench/terrain.h"
 
 namespace cordillera::gpu::fit {
 

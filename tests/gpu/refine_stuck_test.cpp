@@ -167,7 +167,7 @@ TEST(split_side, cuts_no_side_without_data_or_room) {
   EXPECT_FALSE(split_side(empty, {7, 0, 0}));
   std::uint32_t cuts = 0;
   while (cuts < kSide - 1 && split_side(mesh, {kSide - 1 - static_cast<int>(cuts), 0, 0})) ++cuts;
-  EXPECT_GT(cuts, kMendedCorner - 3) << "the corner opposite has three neighbours already, and edges are turned";
+  EXPECT_GT(cuts, kRefinedCorner - 3) << "the corner opposite has three neighbours already, and edges are turned";
   EXPECT_LT(cuts, kSide - 1u) << "but not for ever";
   const TileMesh full = mesh;
   EXPECT_FALSE(split_side(mesh, {kSide - 1 - static_cast<int>(cuts), 0, 0}));

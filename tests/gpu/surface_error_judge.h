@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "gpu/measure/surface_error.h"
-#include "gpu/simplify.h"
+#include "tests/gpu/grid_mesh.h"
 
 namespace cordillera::gpu {
 

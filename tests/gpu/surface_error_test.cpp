@@ -10,6 +10,7 @@
 
 #include "gpu/measure/sample_frames.h"
 #include "gpu/measure/surface_memory.h"
+#include "tests/gpu/grid_mesh.h"
 #include "tests/gpu/surface_error_judge.h"
 
 namespace cordillera::gpu {

@@ -10,11 +10,11 @@
 #include <string>
 #include <vector>
 
-#include "gpu/simplify.h"
 #include "pipeline/encode/draco_mesh.h"
 #include "pipeline/encode/encode.h"
 #include "pipeline/encode/published_mesh.h"
 #include "proto/ellipsoid.h"
+#include "tests/gpu/grid_mesh.h"
 
 namespace cordillera::pipeline {
 

@@ -36,11 +36,6 @@ TEST(BlocksAtOnce, AreAsManyAsOneRectangleHolds) {
   EXPECT_FALSE(has_one_ground(plan_of_blocks(32, 33)));  // more memory than that is not asked for
 }
 
-TEST(BlocksAtOnce, AreNoMoreThanRegionsAreMadeOf) {
-  EXPECT_TRUE(merged_at_once(plan_of_blocks(181, 181)));
-  EXPECT_FALSE(merged_at_once(plan_of_blocks(182, 181)));
-}
-
 TEST(BlocksAtOnce, GoAroundTheEarth) {
   for (const auto& [level, at_once] : {std::pair{6, true}, std::pair{7, false}}) {
     const proto::Lattice lattice{level};

@@ -156,9 +156,9 @@ TEST(DeviceOf, AutoIsTheCpuWhereItsThreadsAreDoneBeforeAGpuIsOpen) {
   EXPECT_EQ(device_of(plan, "", 4), "cpu");
   EXPECT_EQ(device_of(plan, "auto", 1), "auto") << "one thread would take longer";
   EXPECT_EQ(device_of(plan, "cuda", 16), "cuda") << "it was asked for";
-  plan.set_exact(false);
+  plan.mutable_options()->set_strategy("cleap");
   EXPECT_EQ(device_of(plan, "auto", 16), "auto") << "other strategies may take a thousand times as long on a CPU";
-  plan.set_exact(true);
+  plan.mutable_options()->clear_strategy();
   plan.set_window(2, 4499);
   EXPECT_EQ(device_of(plan, "auto", 16), "cpu");
   plan.set_window(3, 2099);

@@ -64,10 +64,6 @@ TEST(LevelsShown, ThoseThatShowLessThanHalfAreNoted) {
   EXPECT_EQ(notes_of({{0, 0}, {1, 0}, {2, 0.1}, {3, 0.4}, {4, 0.7}}),
             Notes{"levels 0 to 3 show less than half of the data, and levels 0 to 1 hardly any" + kWhy});
   EXPECT_EQ(notes_of({{2, 0.1}}), Notes{}) << "seen from afar it is there";
-  proto::Manifest exact = synthetic_manifest();
-  exact.mutable_options()->set_strategy("exact");
-  EXPECT_EQ(Shown(Shares{{0, 0.49}}, exact).notes(),
-            Notes{"level 0 shows less than half of the data" + kWhy + "; strategy=waves keeps more of it"});
 }
 
 TEST(LevelsShown, NothingIsSaidThatNobodyKnows) {

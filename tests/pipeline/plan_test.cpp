@@ -99,7 +99,7 @@ TEST(LevelRange, OfCoarsePixelsHasRoomForExact) {
     return level_range(source, options)->first;
   };
   EXPECT_EQ(finest([](proto::BuildOptions&) {}), 2) << "a cell of level 0 is 78 km wide";
-  EXPECT_LT(finest([](proto::BuildOptions& options) { options.set_strategy("waves"); }), 2);
+  EXPECT_EQ(finest([](proto::BuildOptions& options) { options.set_strategy("cleap"); }), 2);
   EXPECT_EQ(finest([](proto::BuildOptions& options) { options.add_keep(0.5); }), 2);
   EXPECT_EQ(finest([](proto::BuildOptions& options) { options.set_max_level(0); }), 0) << "who says a level has it";
 }

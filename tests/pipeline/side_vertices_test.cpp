@@ -48,7 +48,7 @@ class SideVertices : public testing::Test {
     level_.set_level(kLevel);
     level_.set_target(10);
     for (const proto::TileAddress& at : {kWest, kEast, kNorth}) tiles_.push_back(bare(at, samples_));
-    context_ = {&lattice_, &level_, true, &samples_};
+    context_ = {&lattice_, &level_, &samples_};
   }
 
   std::vector<std::size_t> changed_by(const std::vector<std::vector<gpu::MeshPoint>>& on_sides) {

@@ -25,7 +25,7 @@ std::optional<double> depth_m(const Heights& heights, double chain_tolerance_m, 
   level.set_level(7);
   level.set_ecef_step(0.125);
   level.set_chain_tolerance(chain_tolerance_m);
-  LevelContext context{&kLattice, &level, true};
+  LevelContext context{&kLattice, &level};
   BuiltTile built;
   built.tile = kTile;
   built.mesh = synthetic_mesh(kLattice, kTile, 32, heights);

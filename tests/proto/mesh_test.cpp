@@ -28,10 +28,8 @@ TEST(Heights, OfAllTerrainAreExactInFloat32) {
 }
 
 TEST(VertexMarks, AreBitsOfTheirOwn) {
-  for (const int mark : {kVoid, kKeep, kRemove}) EXPECT_TRUE(mark > 0 && (mark & (mark - 1)) == 0) << mark;
+  for (const int mark : {kVoid, kKeep}) EXPECT_TRUE(mark > 0 && (mark & (mark - 1)) == 0) << mark;
   EXPECT_EQ(kVoid & kKeep, 0);
-  EXPECT_EQ(kVoid & kRemove, 0);
-  EXPECT_EQ(kKeep & kRemove, 0);
 }
 
 }  // namespace

@@ -1,15 +1,16 @@
-// tile_hashes [TERRAIN]...: small pyramids, the way a build makes its tiles: chains, waves, refinement, true errors, welds, and a
-// parent whose error is composed. Prints a line a tile: its hash, with the bits of what it states. This program is built twice.
+// tile_hashes [TERRAIN]...: small blocks, the way a build makes its tiles: simplified, cut, measured in space and refined where
+// they are too far off. Prints a line a tile: its hash, with the bits of what it states. This program is built twice.
 #include <algorithm>
 #include <bit>
 #include <cinttypes>
 #include <cstdio>
-#include <map>
 
+#include "gpu/exact/simplify_block.h"
+#include "gpu/measure/surface_memory.h"
 #include "gpu/simplify.h"
+#include "pipeline/build/exact/exact_block.h"
 #include "pipeline/plan/plan.h"
-#include "pipeline/tile/tile_mesh.h"
-#include "tests/bench/pyramid/terrain.h"
+#include "tests/bench/terrain.h"
 
 using namespace cordillera;
 
@@ -19,11 +20,11 @@ constexpr int kFinest = 14, kAcross = 2;
 constexpr double kError_m = 4;
 constexpr proto::TileAddress kCorner{kFinest, 16384 + 640, 12288};  // near 46 N 7 E; even, so that the four have one parent
 
-using Tiles = std::map<proto::TileAddress, pipeline::BuiltTile>;
-
 proto::Plan plan_at(const proto::Lattice& lattice) {
   proto::Plan plan;
   plan.set_finest_level(kFinest);
+  plan.set_min_level(kFinest - 1);
+  plan.set_block_level(kFinest - 1);
   const auto west = static_cast<std::int32_t>(lattice.west(kCorner)), south = static_cast<std::int32_t>(lattice.south(kCorner));
   for (const std::int32_t side : {west, south, west + kAcross * proto::kTileCells, south + kAcross * proto::kTileCells})
     plan.add_window(side);
@@ -36,14 +37,11 @@ proto::Plan plan_at(const proto::Lattice& lattice) {
   return plan;
 }
 
-proto::Samples samples_of(bench::Terrain kind, const proto::Plan& plan) {
-  proto::Samples samples;
-  samples.west = plan.window(0);
-  samples.south = plan.window(1);
-  samples.columns = samples.rows = kAcross * proto::kTileCells + 1;
+proto::Samples samples_of(bench::Terrain kind, const pipeline::BlockPlace& place) {
+  proto::Samples samples = place.empty_samples();
   for (int y = 0; y < samples.rows; ++y)
-    for (int x = 0; x < samples.columns; ++x) samples.height.push_back(bench::terrain_height(kind, x, y));
-  samples.flat_water.assign(samples.height.size(), 0);
+    for (int x = 0; x < samples.columns; ++x)
+      samples.height[static_cast<std::size_t>(y * samples.columns + x)] = bench::terrain_height(kind, x, y);
   return samples;
 }
 
@@ -72,31 +70,29 @@ std::uint64_t hash_of(const pipeline::BuiltTile& tile) {
 }
 
 void print(bench::Terrain kind, const pipeline::BuiltTile& tile) {
-  std::printf("%-8s %d/%d/%d %-8s %7zu triangles %10.4f m %016" PRIx64 "\n", bench::kTerrainNames[static_cast<int>(kind)].data(),
-              tile.tile.z, tile.tile.x, tile.tile.y, tile.composed ? "composed" : "measured", tile.mesh.triangles.size(),
-              tile.max_error_m, hash_of(tile));
+  std::printf("%-8s %d/%d/%d %7zu triangles %10.4f m %016" PRIx64 "\n", bench::kTerrainNames[static_cast<int>(kind)].data(),
+              tile.tile.z, tile.tile.x, tile.tile.y, tile.mesh.triangles.size(), tile.max_error_m, hash_of(tile));
 }
 
-void run(bench::Terrain kind, gpu::Simplifier& simplifier) {
+/// The finest level is refined to half of its target, or a build's hand for walls would not be seen.
+void run(bench::Terrain kind, gpu::exact::BlockSimplifier& simplifier) {
   const proto::Lattice lattice{kFinest};
   const proto::Plan plan = plan_at(lattice);
-  const proto::Samples samples = samples_of(kind, plan);
-  Tiles finest;
-  for (const proto::TileAddress& at : pipeline::touched_tiles(plan, kFinest, kCorner.parent())) {
-    const pipeline::LevelContext context{&lattice, &plan.levels(0), true, &samples};
-    auto prepared = pipeline::prepare_finest(context, at);
-    if (!prepared) continue;
-    const auto& tile = finest.emplace(at, pipeline::complete(context, *prepared, simplifier)).first->second;
-    print(kind, tile);
-  }
-  std::array<const pipeline::BuiltTile*, 4> children{};
-  for (std::size_t c = 0; c < 4; ++c) children[c] = &finest.at(kCorner.parent().child(static_cast<int>(c)));
-  for (const proto::Samples* seen : {&samples, static_cast<const proto::Samples*>(nullptr)}) {
-    // Refining rough terrain against its children's surfaces takes half a minute at -O0: there the bound alone is hashed.
-    const bool promise = seen || kind == bench::Terrain::rolling;
-    const pipeline::LevelContext context{&lattice, &plan.levels(1), promise, seen};
-    auto prepared = pipeline::prepare_parent(context, kCorner.parent(), children);
-    print(kind, pipeline::complete(context, *prepared, simplifier));
+  const pipeline::BlockPlace place = pipeline::place_alone(plan, kCorner.parent());
+  const proto::Samples samples = samples_of(kind, place);
+  const pipeline::BlockCurve curve = pipeline::curve_of(plan, place);
+  const gpu::exact::Block block = pipeline::block_at(plan, place, samples, curve);
+  const auto levels = simplifier.simplify({&block, 1}, pipeline::levels_of_block(plan, kFinest - 1, place, samples));
+  for (int z = kFinest; z >= kFinest - 1; --z) {
+    proto::LevelPlan level = pipeline::level_plan(plan, z);
+    if (z == kFinest) level.set_target(level.target() / 2);
+    const pipeline::LevelContext context{&lattice, &level, &samples};
+    const gpu::exact::BlockMesh& mesh = levels.value().front()[static_cast<std::size_t>(kFinest - z)];
+    for (pipeline::BuiltTile& tile : pipeline::tiles_of_block(plan, place, z, mesh)) {
+      gpu::SurfaceMemory memory;
+      pipeline::measure_exact(context, tile, memory);
+      print(kind, tile);
+    }
   }
 }
 
@@ -110,7 +106,7 @@ bool is_asked(bench::Terrain kind, int count, char** names) {
 
 int main(int count, char** words) {
   std::setvbuf(stdout, nullptr, _IOLBF, 4096);  // what was printed before a crash tells where
-  const auto simplifier = gpu::make_simplifier("cpu");
+  const auto simplifier = gpu::exact::make_block_simplifier("cpu", gpu::one_after_the_other);
   for (int k = 0; k < 6; ++k) {
     const auto kind = static_cast<bench::Terrain>(k);
     if (is_asked(kind, count - 1, words + 1)) run(kind, **simplifier);

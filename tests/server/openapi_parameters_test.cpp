@@ -70,7 +70,7 @@ TEST(OpenApi, OptionsHaveTheTypesThatTheirRowsTake) {
   EXPECT_EQ(posted("bbox"), (Json{{"type", "array"}, {"items", number}}));
   EXPECT_EQ(posted("keep"), posted("bbox"));
   EXPECT_EQ(posted("build"), (Json{{"type", "string"}, {"enum", {"full", "lazy"}}}));
-  EXPECT_EQ(posted("strategy"), (Json{{"type", "string"}, {"enum", {"auto", "waves", "exact", "cleap", "sequential"}}}));
+  EXPECT_EQ(posted("strategy"), (Json{{"type", "string"}, {"enum", {"auto", "exact", "cleap", "sequential"}}}));
   for (const char* name : {"band", "crs", "nodata", "voids", "device", "title", "imagery", "vertical_datum"})
     EXPECT_EQ(posted(name), text) << name;
   const Json states = {{"type", "string"}, {"enum", {"queued", "running", "ready", "failed"}}};

@@ -38,7 +38,7 @@ TEST(Options, EveryNameOfTheIssueIsThereOnce) {
 
 TEST(Options, AutoTakesTheStrategyOfAServiceBack) {
   Settings server;
-  server.build.set_strategy("waves");
+  server.build.set_strategy("cleap");
   const auto settings = with_layer(server, build_options(), {{"strategy", "auto"}}, Spelling::query);
   ASSERT_TRUE(settings);
   EXPECT_EQ(settings->build.strategy(), "auto");
@@ -55,7 +55,7 @@ TEST(Options, OneOptionHasFourSpellings) {
 
 TEST(Options, EveryValueArrivesInItsField) {
   const auto settings = query({{"error", "2.5"},      {"crs", "EPSG:32632"},     {"vertical_datum", "egm2008"},
-                               {"nodata", "-9999"},   {"strategy", "waves"},     {"device", "CUDA:1"},
+                               {"nodata", "-9999"},   {"strategy", "cleap"},     {"device", "CUDA:1"},
                                {"threads", "4"},      {"memory", "512"},         {"bbox", "170,-20,-170,20"},
                                {"min_level", "3"},    {"max_level", "12"},       {"z_scale", "-0.1"},
                                {"z_offset", "-7.5"},  {"title", "Höhe"},         {"attribution", "me"},
@@ -96,7 +96,7 @@ const Given kOneOfEach = {{"name", "a.tif"},
                           {"nodata", "-9999"},
                           {"voids", "12.5"},
                           {"fill-limit", "40"},
-                          {"strategy", "waves"},
+                          {"strategy", "cleap"},
                           {"device", "cpu"},
                           {"threads", "3"},
                           {"memory", "512"},

@@ -24,11 +24,9 @@ const Slugs kInternal = {
     "cancelled",    // ends a job whose dataset is being deleted, or a command line that prints it without its slug
     "device-lost",  // the service runs the job once more, on the CPU
     "no-data",  // a store without a tile, which the build calls raster-all-nodata; a plan without a vertex, which no source gives
-    "unknown-device",     // the option table lets no such device through
-    "bad-target",         // likewise, for simplify
-    "chain-not-in-mesh",  // these two are defects of the builder: it throws, and the problem is "internal"
-    "weld-mismatch",      //
-    "paused",             // ends the job of a lazy build, which goes on with the next look
+    "unknown-device",  // the option table lets no such device through
+    "bad-target",      // likewise, for simplify
+    "paused",          // ends the job of a lazy build, which goes on with the next look
 };
 
 Slugs found_in(const std::string& text, const std::regex& what) {

@@ -21,7 +21,7 @@ const std::vector<std::pair<std::string, std::string>> kChosen = {{"name", "moun
                                                                   {"nodata", "-32767"},
                                                                   {"voids", "fill"},
                                                                   {"fill-limit", "300"},
-                                                                  {"strategy", "waves"},
+                                                                  {"strategy", "cleap"},
                                                                   {"device", "cpu"},
                                                                   {"threads", "1"},
                                                                   {"memory", "512"},
@@ -38,7 +38,7 @@ const std::vector<std::pair<std::string, std::string>> kChosen = {{"name", "moun
 constexpr const char* kEffective =
     R"({"name":"mount.asc","band":"1","error":20,"feather":0,"keep":[],"crs":"EPSG:4326",)"
     R"("vertical_datum":"EGM96","voids":"fill",)"
-    R"("strategy":"waves","device":"cpu","threads":1,"memory":512,"bbox":[10.1,46.1,10.4,46.4],"min_level":2,"max_level":9,)"
+    R"("strategy":"cleap","device":"cpu","threads":1,"memory":512,"bbox":[10.1,46.1,10.4,46.4],"min_level":2,"max_level":9,)"
     R"("z_scale":2,)"
     R"("z_offset":100,"title":"Mount","attribution":"me","imagery":"","nodata":"-32767",)"
     R"("quality":"best","water":-5,"water_mask":"","pixels":"exact","fill_limit":300,"warnings":[]})";
@@ -123,7 +123,7 @@ TEST_F(Program, AValueMayBeDeclaredToBeNoData) {
 
 TEST_F(Program, TheRangeIsThatOfTheSamplesHoweverCoarseTheMesh) {
   const std::string out = (folder_.path() / "out").string();
-  ASSERT_EQ(shell(build("--strategy waves --error 5000 --max-level 9 -o " + out)).code, 0);
+  ASSERT_EQ(shell(build("--error 5000 --max-level 9 -o " + out)).code, 0);
   Json manifest = Json::parse(shell(kProgram + " info --json " + out).output);
   EXPECT_GT(manifest["source"]["max_height"], 2900);
   EXPECT_LT(manifest["levels"][0]["max_height"], 2800) << "the mesh keeps the summit: the test tests nothing";

@@ -16,7 +16,7 @@ BELOW = {
     "server": ["proto", "raster", "gpu", "pipeline"],
 }
 # Products beside the way of a tile, each a library of its own; and who may include them beside themselves.
-APART = {"gpu/fit": ("gpu/cleap", "server"), "gpu/cleap": ("server",), "gpu/waves": ("gpu/cleap", "pipeline")}
+APART = {"gpu/fit": ("gpu/cleap", "server"), "gpu/cleap": ("server",)}
 SOURCES = (".h", ".hpp", ".inl", ".c", ".cc", ".cpp", ".cu", ".cuh")
 
 # protoc writes these into the build folder. They need protobuf, which proto's plain headers and gpu do without.

@@ -90,8 +90,7 @@ proto::BuildOptions plain_options() {
   options.set_vertical_datum("ellipsoid");
   options.set_threads(2);
   options.set_device("cpu");
-  options.set_voids("hole");      // most of what is tested here is holes
-  options.set_strategy("waves");  // blocks, borders and merges; exact has tests of its own
+  options.set_voids("hole");  // most of what is tested here is holes
   return options;
 }
 

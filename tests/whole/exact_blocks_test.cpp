@@ -18,7 +18,7 @@ using testing::IsEmpty;
 TEST(ExactBlocks, levels_above_are_made_at_once) {
   const Built built = build_dem(points_of(kHoleyCorner, 3000, 900, holey_ground(2700, 2300, 400)), exact(15), kSmallBlock);
   EXPECT_EQ(built.plan.block_level(), 12u);
-  EXPECT_TRUE(pipeline::merged_at_once(built.plan));
+  EXPECT_TRUE(pipeline::has_levels_above(built.plan));
   EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty());
   expect_promise_above_blocks(built);
 }
@@ -62,7 +62,7 @@ TEST(ExactBlocks, take_the_least_error) {
   const HeightOf ground = rough(8);
   const Built built =
       build_dem(points_of(kCorner, 3000, 40, [=](int c, int r) { return 0.01 * ground(c, r); }), exact(0.01), kSmallBlock);
-  EXPECT_TRUE(pipeline::merged_at_once(built.plan));
+  EXPECT_TRUE(pipeline::has_levels_above(built.plan));
   for (const proto::LevelSummary& level : built.manifest.levels())
     EXPECT_LE(level.stated_max_error(), 1.25 * level.target()) << "level " << level.level();
 }
@@ -90,7 +90,7 @@ TEST(ExactBlocks, go_on_across_meridians) {
   for (const std::int64_t meridian : {std::int64_t{0}, std::int64_t{8192} * kTile}) {
     const Built built =
         build_dem(points_of({13, meridian - 600, 6000 * kTile + 150}, 1200, 400, rough(3)), exact(15), kSmallBlock);
-    EXPECT_TRUE(pipeline::merged_at_once(built.plan));
+    EXPECT_TRUE(pipeline::has_levels_above(built.plan));
     EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty()) << meridian;
     expect_promise_above_blocks(built);
   }
@@ -103,7 +103,7 @@ TEST(ExactBlocks, go_over_half_of_the_circle) {
   for (const auto& [columns, closes] : {std::pair{10012, true}, std::pair{9098, false}}) {
     const Built built = build_dem(points_of({5, 7282, 6000}, columns, 60, [=](int c, int r) { return ground(c / 4, r / 4); }),
                                   exact(400), kSmallBlock);
-    EXPECT_TRUE(pipeline::merged_at_once(built.plan));
+    EXPECT_TRUE(pipeline::has_levels_above(built.plan));
     EXPECT_EQ(pipeline::grid_of(built.plan).closes, closes) << columns;
     EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty()) << columns;
     expect_promise_above_blocks(built);
@@ -123,7 +123,7 @@ std::size_t vertices_on(const Built& built, int level, std::int64_t column) {
 }
 
 void expect_one_piece_around_the_earth(const Built& built) {
-  EXPECT_TRUE(pipeline::merged_at_once(built.plan));
+  EXPECT_TRUE(pipeline::has_levels_above(built.plan));
   EXPECT_TRUE(pipeline::grid_of(built.plan).closes);
   EXPECT_THAT(judge_wide(built), IsEmpty());
   expect_promise_above_blocks(built);
@@ -145,7 +145,7 @@ TEST(ExactBlocks, state_what_is_true_of_spikes_beside_a_pole) {
     return 0.2 * ground(c, r) + (hash % 250 == 0 ? 4000 : hash % 250 == 1 ? -3000 : 0);
   };
   const Built built = build_dem(dem, exact(60), kSmallBlock);
-  EXPECT_TRUE(pipeline::grid_of(built.plan).closes && pipeline::merged_at_once(built.plan));
+  EXPECT_TRUE(pipeline::grid_of(built.plan).closes && pipeline::has_levels_above(built.plan));
   EXPECT_EQ(built.manifest.source().nodata_share(), 0) << "the antimeridian is one column";
   Findings untrue;
   for (const std::string& finding : judge_errors(built, {std::int64_t{1} << 40, 0})) {
@@ -188,7 +188,7 @@ TEST(ExactBlocks, wide_rasters_are_one_piece) {
   const HeightOf ground = rough(5);
   const auto height = [=](int c, int r) { return c < 300 || c > 59700 ? ground(c, r) : 3.0; };
   const Built built = build_dem(points_of({13, 500 * 2 * kTile - 100, 6000 * kTile + 150}, 60000, 30, height), exact(5));
-  EXPECT_TRUE(pipeline::merged_at_once(built.plan));
+  EXPECT_TRUE(pipeline::has_levels_above(built.plan));
   EXPECT_THAT(judge_wide(built), IsEmpty());
   expect_promise_above_blocks(built);
 }

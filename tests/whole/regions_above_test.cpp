@@ -66,8 +66,8 @@ TEST(Regions, hold_islands_that_are_far_apart) {
   expect_promise_above_blocks(built);
 }
 
-// More than 34 billion samples: parents are merged of four children, which machines can share.
-TEST(Regions, give_way_to_merges) {
+// Four hundred thousand blocks, and two of them with data.
+TEST(Regions, may_be_mostly_empty) {
   const Folder folder;
   pipeline::BuildRequest request;
   request.id = "test";
@@ -85,14 +85,14 @@ TEST(Regions, give_way_to_merges) {
   ASSERT_TRUE(source.ok()) << source.problem().line();
   const auto plan = pipeline::plan_of(request, **source);
   ASSERT_TRUE(plan.ok()) << plan.problem().line();
-  ASSERT_TRUE(plan->exact());
-  ASSERT_FALSE(pipeline::merged_at_once(*plan));
+  ASSERT_FALSE(pipeline::has_one_ground(*plan));
   const std::atomic<bool> stop{false};
   const auto built = pipeline::build(request, nullptr, stop);
   ASSERT_TRUE(built.ok()) << built.problem().line();
   EXPECT_EQ(built->levels_size(), 12);
   for (const proto::LevelSummary& level : built->levels()) {
-    EXPECT_GE(level.tiles(), 1u) << "level " << level.level();
+    constexpr unsigned kSeen = 4;  // from farther away two spots are nothing
+    EXPECT_EQ(level.tiles() > 0, level.level() >= kSeen) << "level " << level.level();
     EXPECT_LE(level.stated_max_error(), level.target()) << "level " << level.level();
   }
   const auto report = pipeline::check::check_store(request.store_path, nullptr);
@@ -128,7 +128,6 @@ std::vector<double> shares_above_blocks(std::int32_t quarter_side) {
   }
   std::vector<double> shares;
   const auto above = builder.merge(
-      pipeline::node_above(*plan),
       [&](const proto::TileAddress& node) -> proto::Result<std::optional<std::string>> {
         return left.contains(node) ? std::optional(left[node]) : std::nullopt;
       },

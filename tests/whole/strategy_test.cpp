@@ -1,4 +1,4 @@
-// The published algorithm in the place of the waves: the laws hold and errors are stated as truly, in holes and above the blocks,
+// The published algorithm in the place of exact: the laws hold and errors are stated as truly, in holes and above the blocks,
 // too.
 #include <gmock/gmock.h>
 
@@ -31,9 +31,12 @@ proto::BuildOptions with_strategy(const std::string& strategy, double error_m) {
   return options;
 }
 
+/// For the tests of all files of this program.
+const bool kOffered = (gpu::cleap::offer_strategies(), true);
+
 class Strategy : public testing::TestWithParam<const char*> {
  protected:
-  Strategy() { gpu::cleap::offer_strategies(); }
+  Strategy() { EXPECT_TRUE(kOffered); }
 };
 
 TEST_P(Strategy, obeys_every_law_and_keeps_its_promise) {
@@ -60,7 +63,6 @@ INSTANTIATE_TEST_SUITE_P(Names, Strategy, testing::Values("cleap", "sequential")
 class StrategyBytes : public testing::Test {
  protected:
   StrategyBytes() {
-    gpu::cleap::offer_strategies();
     write(with_holes(), folder_.path("dem.tif"));
     request_.raster_path = folder_.path("dem.tif");
     request_.raster_name = "dem.tif";
@@ -86,11 +88,11 @@ class StrategyBytes : public testing::Test {
   const std::atomic<bool> never_ = false;
 };
 
-TEST_F(StrategyBytes, are_the_same_on_any_threads_and_other_than_those_of_the_waves) {
+TEST_F(StrategyBytes, are_the_same_on_any_threads_and_other_than_those_of_exact) {
   const Bytes one = bytes("cleap", 1);
   EXPECT_GT(one.size(), 10u);
   EXPECT_EQ(one, bytes("cleap", 3));
-  EXPECT_NE(one, bytes("waves", 2));
+  EXPECT_NE(one, bytes("exact", 2));
   EXPECT_NE(one, bytes("sequential", 2));
 }
 
@@ -98,7 +100,7 @@ TEST_F(StrategyBytes, what_is_not_there_or_cannot_be_is_said) {
   const auto unknown = build("magic", 1);
   ASSERT_FALSE(unknown.ok());
   EXPECT_EQ(unknown.problem().type, "option-invalid");
-  EXPECT_THAT(unknown.problem().accepted, HasSubstr("waves, exact, cleap, sequential"));
+  EXPECT_THAT(unknown.problem().accepted, HasSubstr("exact, cleap, sequential"));
   request_.options.set_device("cuda");
   const auto alone = build("sequential", 1);
   ASSERT_FALSE(alone.ok());

@@ -181,7 +181,7 @@ void ErrorStatement::put_back() {
     steep_m = std::max(steep_m, error_m);
     over = over || error_m > limit_m;
   }
-  if (context_.promise && (over || !gpu::turned_triangles(upright, tile_.mesh).empty())) {
+  if (context_.put_back && (over || !gpu::turned_triangles(upright, tile_.mesh).empty())) {
     const KnownErrors before(tile_.mesh, steep_, error_m_);
     const gpu::UprightMeter in_space(known_, upright);
     const gpu::SteppedMeter meter(in_space, height_step(*context_.level));

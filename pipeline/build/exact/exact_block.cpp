@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 #include <utility>
 
 #include "gpu/exact/ground.h"
@@ -14,7 +13,6 @@
 #include "pipeline/plan/ecef_step.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/tile/tile_error.h"
-#include "pipeline/tile/weld.h"
 #include "proto/ellipsoid.h"
 #include "proto/integers.h"
 
@@ -294,30 +292,10 @@ double measure_exact(const LevelContext& context, BuiltTile& tile, gpu::SurfaceM
   tile.measured = gpu::surface_error(surface_input(context, tile), limit_m, memory);
   tile.max_error_m = tile.measured.max_m + gpu::kGrace_m;
   const gpu::Upright upright({context.lattice, tile.tile, tile.mesh.side, ecef_steps(*context.level)});
-  if (context.promise && (!tile.measured.over_limit.empty() || !gpu::turned_triangles(upright, tile.mesh).empty())) {
-    // Steep walls meet rounded points, and needles the earth's curve: vertices go in there, away from the tile's sides.
-    LevelContext put_back = context;
-    put_back.height_rounds = -1;
-    measure(put_back, tile, memory);
-  }
+  // Steep walls meet rounded points, and needles the earth's curve: vertices go in there, away from the tile's sides.
+  if (context.put_back && (!tile.measured.over_limit.empty() || !gpu::turned_triangles(upright, tile.mesh).empty()))
+    measure(context, tile, memory);
   return std::max(0.0, tile.max_error_m - gpu::kGrace_m - limit_m);
-}
-
-void hand_up_exact(const LevelContext& context, const std::vector<BuiltTile>& children, BuiltTile& tile) {
-  std::array<const proto::TileMesh*, 4> meshes{};
-  PreparedTile prepared;
-  prepared.tile = tile.tile;
-  for (const BuiltTile& child : children) {
-    meshes[static_cast<std::size_t>((child.tile.x & 1) + 2 * (child.tile.y & 1))] = &child.mesh;
-    prepared.inherited_error_m = std::max(prepared.inherited_error_m, child.max_error_m);
-  }
-  WeldInput input;
-  input.children = meshes;
-  input.child_side = tile.mesh.side / 2;
-  proto::Result<proto::TileMesh> welded = weld(input);
-  if (!welded.ok()) throw std::logic_error("exact block: " + welded.problem().detail);
-  prepared.input = std::move(*welded);
-  hand_up(context, prepared, tile);
 }
 
 }  // namespace cordillera::pipeline

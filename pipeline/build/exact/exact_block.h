@@ -1,5 +1,5 @@
 #pragma once
-// Blocks of an exact plan: where they lie, what gpu/exact is asked for, and tiles from what it gives.
+// Blocks of a plan: where they lie, what gpu/exact is asked for, and tiles from what it gives.
 #include <array>
 #include <vector>
 
@@ -75,9 +75,5 @@ proto::TileMesh tile_mesh_of_block(const gpu::exact::BlockMesh& mesh, std::int32
 /// space, vertices are put back inside the tile first. How much of the error is above the target all the same; 0: nothing.
 /// memory: of the tile at limit_of()
 double measure_exact(const LevelContext& context, BuiltTile& tile, gpu::SurfaceMemory& memory);
-
-/// Gives the tile of a node what the merge above it needs, see hand_up. children: whole tiles of the level below it, all four of
-/// them.
-void hand_up_exact(const LevelContext& context, const std::vector<BuiltTile>& children, BuiltTile& tile);
 
 }  // namespace cordillera::pipeline

@@ -9,12 +9,7 @@
 namespace cordillera::pipeline {
 
 GatheredBlocks::GatheredBlocks(const proto::Plan& plan, Workers& workers, const std::atomic<bool>& stop)
-    : plan_(plan),
-      workers_(workers),
-      stop_(stop),
-      code_unit_(code_unit(plan)),
-      nodes_(nodes_below(plan, {})),
-      blocks_(nodes_.size()) {}
+    : plan_(plan), workers_(workers), stop_(stop), code_unit_(code_unit(plan)), nodes_(blocks_of(plan)), blocks_(nodes_.size()) {}
 
 double GatheredBlocks::bytes() const {
   constexpr double kBytesOfCell = 1.3;

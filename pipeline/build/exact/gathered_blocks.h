@@ -18,7 +18,7 @@ namespace cordillera::pipeline {
 
 class GatheredBlocks {
  public:
-  /// Of a plan that is merged at once. It borrows all three.
+  /// Of a plan with levels above its blocks. It borrows all three.
   GatheredBlocks(const proto::Plan& plan, Workers& workers, const std::atomic<bool>& stop);
   std::size_t count() const { return nodes_.size(); }
   /// Of the ground.

@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "pipeline/bound/overlay.h"
+#include "pipeline/bound/plan_point.h"
 #include "pipeline/exports/mesh/mesh_request.h"
 
 namespace cordillera::pipeline::exports {

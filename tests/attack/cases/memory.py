@@ -21,7 +21,7 @@ BESIDE = 128 * MIB  # what the heap takes for pieces, and gives back every ten s
 
 def posted(server, side):
     """A dataset of which nothing can be left out."""
-    path = "/v1/datasets?name=a.asc&crs=EPSG:4326&vertical_datum=ellipsoid&error=1&strategy=waves&pixels=lattice"
+    path = "/v1/datasets?name=a.asc&crs=EPSG:4326&vertical_datum=ellipsoid&error=1&strategy=cleap&pixels=lattice"
     status, _, body = server.ask("POST", path, noise(side))
     assert status == 202, body
     dataset = json.loads(body)["id"]

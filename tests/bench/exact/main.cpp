@@ -1,7 +1,7 @@
 // exact_bench DEVICE THREADS FILE SIDE SCALE TOLERANCE [--levels 5] [--blocks 1] [--split 1] [--quality fast|standard|best]
 // [--repeat 1] [--above 0] [--judge]
 //   FILE: SIDE x SIDE 16-bit integers, southern row first, times SCALE metres, -32768 where void; or made:NAME, a terrain of
-//   tests/bench/pyramid/terrain.h TOLERANCE: metres of the finest level, doubled a level
+//   tests/bench/terrain.h TOLERANCE: metres of the finest level, doubled a level
 //   --split N: the raster as N x N blocks that share their inner sides
 //   --above N: the coarsest N levels are made above the block, without samples (one block)
 //   --blocks N: N x N copies of the raster in one call, each turned so that no two are alike
@@ -13,7 +13,7 @@
 #include <string>
 #include <thread>
 
-#include "tests/bench/pyramid/terrain.h"
+#include "tests/bench/terrain.h"
 #include "tests/gpu/exact_above.h"
 #include "tests/gpu/exact_judge.h"
 

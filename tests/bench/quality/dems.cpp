@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "tests/bench/pyramid/terrain.h"
+#include "tests/bench/terrain.h"
 
 namespace cordillera::bench {
 namespace {

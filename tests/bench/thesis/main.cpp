@@ -16,7 +16,7 @@
 #include "gpu/fit/vertical_error.h"
 #include "proto/mesh_file/mesh_file.h"
 #include "tests/bench/mesh_hash.h"
-#include "tests/bench/pyramid/terrain.h"
+#include "tests/bench/terrain.h"
 #include "tests/bench/thesis/shapes.h"
 #include "tests/bench/thesis/spec.h"
 

@@ -1,8 +1,16 @@
-#include "gpu/simplify.h"
+#pragma once
+// Regular meshes to begin with.
+#include <cstdint>
+#include <span>
+
+#include "proto/mesh.h"
 
 namespace cordillera::gpu {
 
-proto::TileMesh grid_mesh(std::int32_t cells, std::int32_t step, std::span<const std::int32_t> heights) {
+/// The regular mesh of (side+1)^2 vertices in which every inner vertex has I(v) = 6 triangles; triangle diagonals run SW-NE.
+/// x and y are multiples of step (units); heights row-major from the south-west, kNoHeight where void; the four corners are
+/// kKeep.
+inline proto::TileMesh grid_mesh(std::int32_t cells, std::int32_t step, std::span<const std::int32_t> heights) {
   const std::int32_t across = cells + 1;
   const std::size_t count = static_cast<std::size_t>(across) * across;
   proto::TileMesh mesh;

@@ -1,0 +1,45 @@
+#pragma once
+// A published algorithm in the place of exact, tile by tile: the sides of a block's tiles stay, so tiles fit together as those of
+// exact do, and what is between them is simplified anew, from all samples. Levels above blocks are those of exact.
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "gpu/simplify.h"
+#include "pipeline/threads/workers.h"
+#include "pipeline/tile/tile_mesh.h"
+
+namespace cordillera::pipeline {
+
+class TileStrategy {
+ public:
+  /// Outlives it.
+  explicit TileStrategy(Workers& workers) : workers_(workers) {}
+  /// Once, before all else. device: as gpu::make_simplifier has it, and its problems. Of a plan of exact nothing is opened.
+  proto::Result<void> open(const std::string& device, const proto::Plan& plan);
+  /// Whether tiles are to be made anew.
+  bool is_open() const { return !on_cpu_.empty(); }
+  std::string device() const;  ///< where tiles are made now, and what became of a device that was lost
+
+  /// Makes the mesh of a tile of a block anew, by one of the workers; of the one that it is given, whole, the sides count. It has
+  /// published triangles alone then, and vertices put back where the context says so. It knows no error and no law: where the
+  /// target is exceeded all the same it is made again with less, and at last, as beside a pole, the tile is what exact made of
+  /// it; so it is where less of its data would be shown, or a triangle upside down. Many threads may work on as many tiles.
+  void simplify(const LevelContext& context, BuiltTile& tile, unsigned worker);
+
+ private:
+  proto::TileMesh simplified(const LevelContext& context, const BuiltTile& tile, double caution, unsigned worker);
+  proto::TileMesh simplified(const gpu::SimplifyJob& job, unsigned worker);
+
+  Workers& workers_;
+  proto::BuildOptions options_;
+  std::vector<std::unique_ptr<gpu::Simplifier>> on_cpu_;  ///< one a worker
+  mutable std::mutex device_mutex_;
+  std::atomic<bool> has_device_{false};         ///< asked while another tile holds the mutex
+  std::unique_ptr<gpu::Simplifier> on_device_;  ///< one tile at a time; none: there is no GPU, or it was lost
+  std::string lost_;                            ///< how
+};
+
+}  // namespace cordillera::pipeline
