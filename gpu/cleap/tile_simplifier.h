@@ -1,5 +1,5 @@
 #pragma once
-// The published algorithm as a strategy of tiles: in the place of the waves, with everything before and after them as it is.
+// The published algorithm as a strategy of tiles: between sides that stay, with everything before and after it as it is.
 #include <memory>
 #include <string>
 

@@ -1,5 +1,5 @@
 #pragma once
-// The steps of the driver (see waves.h) on a CUDA device, on one stream.
+// The steps of the driver (see host_steps.h) on a CUDA device, on one stream.
 #include <cooperative_groups.h>
 #include <thrust/iterator/counting_iterator.h>
 

@@ -1,5 +1,14 @@
 #pragma once
-// The steps over arrays that every driver needs (see waves.h), on the CPU: one thread, plain loops.
+// The steps over arrays that every driver needs, on the CPU: one thread, plain loops. A device has:
+//   kInStep                                      threads that run in step; 1 on a host
+//   Array<T>, Staging<T>                         its memory; host memory that is quickly copied to it. reserve(n), data()
+//   copy_in(to, from, n), copy_out(to, from, n)  copy_out returns when the values are there
+//   zero(to, n)
+//   each(n, f)                                   f(i) for i in 0..n-1, in any order
+//   cooperate(n, f)                              f(team), the team as large as n pays for; team.each(n, g), team.barrier()
+//   select(n, keep, to)                          the i in 0..n-1 with keep(i), ascending; returns how many
+//   exclusive_sum(from, to, n)
+//   group(values, group_of, first, to)           values by group, group g from first[g], in their old order within a group
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

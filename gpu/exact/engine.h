@@ -1,12 +1,12 @@
 #pragma once
 // The driver of the engine, written once in steps over arrays (engine.inl); an Executor runs the steps. Beyond those of
-// gpu/waves/collapse/waves.h (Array<T>, copy_in, copy_out, zero, each, exclusive_sum, group) it has:
+// gpu/device/host_steps.h (Array<T>, copy_in, copy_out, zero, each, exclusive_sum, group) it has:
 //   rows(room, from, columns, rows, stride)   rows of a host's array, where the steps can read them
 //   readable(room, from, n)                   likewise n values, until the call ends
 //   each_at(columns, rows, f)                 f(x, y) for x in 0..columns-1, y in 0..rows-1
 //   each_run(n, f)                            f(i, lanes) for i in 0..n-1, with as many lanes as the executor likes
 //   windows(pass, count)                      the windows of a pass
-//   select(n, keep, to)                       as in gpu/waves/collapse/waves.h
+//   select(n, keep, to)                       as in gpu/device/host_steps.h
 //   parallel(n, work)                         work(i) on threads of the host
 //   use(stop), wait(), name()            stop: windows are left out once it is true; may be null
 //   give_back(array)                     what is not needed before the next call

@@ -1,5 +1,5 @@
 #pragma once
-// The driver of BatchMeter, of steps over arrays that a Device runs (see gpu/waves/collapse/waves.h):
+// The driver of BatchMeter, of steps over arrays that a Device runs (see gpu/device/host_steps.h):
 //   measure(n, step)   step(i, lanes) for i in 0..n-1, with as many lanes as the device likes
 //   use()              before a call
 #include <algorithm>

@@ -25,7 +25,7 @@ double touched_count(const proto::Plan& plan, int level);
 std::size_t spread_place(std::size_t k, std::size_t count);
 
 /// The finest samples of up to kMostSamplePlaces tiles of the finest level, spread evenly. Those that cannot be read are left
-/// out, for the build to tell. Needs levels and window of the plan only, and a block level of waves.
+/// out, for the build to tell. Needs levels and window of the plan only, and a block level that level_of_places() gives.
 std::vector<proto::Samples> sample_places(const proto::Plan& plan, raster::Source& source);
 inline constexpr std::size_t kMostSamplePlaces = 16;
 

@@ -274,7 +274,7 @@ void summarise(Database& database, const proto::Plan& plan, proto::Manifest& man
     proto::LevelSummary& sum = *manifest.add_levels();
     sum = level_summary(database, level, range, pixels, shown.emplace_back());
     sum.set_target(plan.promise() ? level.target()
-                                  : sum.stated_max_error());  // a share of waves promises no error: none but what came out
+                                  : sum.stated_max_error());  // shares of published algorithms promise none but what came out
     geometric_error = std::max(geometric_error, sum.stated_max_error());
     sum.set_geometric_error(geometric_error);
     sum.set_height_step(height_step(level) * proto::kHeightStep_m);
