@@ -24,7 +24,9 @@ std::optional<double> difference_m(const MosaicMember& a, const MosaicMember& b)
   std::int32_t heights[2];
   for (int k = 0; k < 2; ++k) {
     const MosaicMember& m = k == 0 ? a : b;
-    const auto source = open_source(m.path, m.name, m.trust, m.options);
+    proto::BuildOptions options = m.options;
+    options.set_voids("hole");  // a height in their place is nobody's data
+    const auto source = open_source(m.path, m.name, m.trust, options);
     if (!source.ok()) return std::nullopt;
     const auto sample = (*source)->sample(kMeeting, column, row, 1, 1);
     if (!sample.ok() || sample->height[0] == proto::kNoHeight) return std::nullopt;

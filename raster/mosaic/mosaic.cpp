@@ -13,15 +13,15 @@
 
 #include "proto/integers.h"
 #include "proto/lru.h"
-#include "raster/mosaic/all_void.h"
 #include "raster/mosaic/blend.h"
 #include "raster/mosaic/grid_neighbours.h"
+#include "raster/mosaic/laid.h"
 #include "raster/mosaic/mosaic_description.h"
 #include "raster/mosaic/sheets.h"
 #include "raster/mosaic/window_index.h"
-#include "raster/open/raster_state.h"
 #include "raster/open/text_rows.h"
 #include "raster/pixels/decimation.h"
+#include "raster/voids/void_height.h"
 
 namespace cordillera::raster {
 namespace {
@@ -35,6 +35,14 @@ std::size_t open_files() {
 }
 
 using Window = Source::Window;
+
+/// Data of any raster counts before a height that is put where one has none.
+constexpr VoidRule kByWeight[] = {VoidRule::hole, VoidRule::value};
+
+bool puts_height(const MosaicMember& member) {
+  const auto height_m = void_height_m(member.options.voids());
+  return height_m.ok() && height_m->has_value();
+}
 
 bool same(const Window& a, const Window& b) {
   return a.west == b.west && a.south == b.south && a.east == b.east && a.north == b.north;
@@ -72,7 +80,7 @@ class Mosaic final : public Source {
     const Window asked{west, south, west + columns - 1, south + rows - 1};
     const std::vector<std::size_t> layers = under(with_feather(asked, lattice), lattice);
     if (layers.size() == 1) {  // one raster alone has no seam
-      auto source = opened(layers.front());
+      auto source = opened(layers.front(), VoidRule::value);
       if (!source.ok()) return source.problem();
       auto alone = (*source)->sample(lattice, west, south, columns, rows);
       if (!alone.ok() || members_.size() == 1) return alone;
@@ -107,7 +115,7 @@ class Mosaic final : public Source {
   proto::Result<std::vector<PixelPoint>> pixels(const proto::Lattice& lattice, const Window& cells) override {
     const std::vector<std::size_t> layers = under(cells, lattice);
     if (layers.size() == 1) {
-      auto source = opened(layers.front());
+      auto source = opened(layers.front(), VoidRule::value);
       return source.ok() ? (*source)->pixels(lattice, cells) : proto::Result<std::vector<PixelPoint>>(source.problem());
     }
     auto surface = laid(lattice, cells, under(with_feather(cells, lattice), lattice));
@@ -122,7 +130,7 @@ class Mosaic final : public Source {
     };
     for (const std::size_t layer : layers) {
       if (is_hidden(layer, owners)) continue;
-      auto source = opened(layer);
+      auto source = opened(layer, VoidRule::value);
       if (!source.ok()) return source.problem();
       std::vector<PixelNumber> numbers;
       const auto own = (*source)->numbered_pixels(lattice, cells, &numbers);
@@ -151,19 +159,22 @@ class Mosaic final : public Source {
   }
 
  private:
-  /// Of each place what the first of the layers says that has something there. ask: one layer, of all places. None that is wholly
-  /// hidden is asked.
+  /// Of each place what the first of the layers says that has something there: data, else a height in its place. ask: one layer,
+  /// of all places. None that is wholly hidden is asked.
   template <class Ask>
   proto::Result<void> uppermost(const std::vector<std::size_t>& layers, const Ask& ask, std::span<double> out) {
     std::ranges::fill(out, std::numeric_limits<double>::quiet_NaN());
     std::vector<double> values(out.size());
-    for (const std::size_t layer : layers) {
-      if (std::ranges::none_of(out, [](double value) { return std::isnan(value); })) break;
-      auto source = opened(layer);
-      if (!source.ok()) return source.problem();
-      if (auto done = ask(**source, values.data()); !done.ok()) return done.problem();
-      std::ranges::transform(out, values, out.begin(),
-                             [](double above, double here) { return std::isnan(above) ? here : above; });
+    for (const VoidRule voids : kByWeight) {
+      for (const std::size_t layer : layers) {
+        if (std::ranges::none_of(out, [](double value) { return std::isnan(value); })) return {};
+        if (voids == VoidRule::value && !puts_height(members_[layer])) continue;
+        auto source = opened(layer, voids);
+        if (!source.ok()) return source.problem();
+        if (auto done = ask(**source, values.data()); !done.ok()) return done.problem();
+        std::ranges::transform(out, values, out.begin(),
+                               [](double above, double here) { return std::isnan(above) ? here : above; });
+      }
     }
     return {};
   }
@@ -183,15 +194,6 @@ class Mosaic final : public Source {
     return found;
   }
 
-  static constexpr std::size_t kNobody = SIZE_MAX,
-                               kSeveral = SIZE_MAX - 1;  ///< the latter where more than one has a part in a blend
-
-  /// Heights at the vertices of a window, and whose they are. Void, and nobody's, at first.
-  struct Laid {
-    explicit Laid(const Window& w) : samples(void_samples(w)), owners(samples.height.size(), kNobody) {}
-    proto::Samples samples;
-    std::vector<std::size_t> owners;  ///< members; indexed as samples.height
-  };
   /// With as much around a window as tells how far its vertices are from the rims that are blended.
   Window with_feather(const Window& w, const proto::Lattice& lattice) const {
     const int feather = members_.size() > 1 ? feather_vertices(feather_m_, lattice) : 0;
@@ -200,23 +202,12 @@ class Mosaic final : public Source {
   }
   std::size_t sheet_of(std::size_t member) const { return sheets_.empty() ? 0 : sheets_[member]; }
 
-  /// Whether the member may have data where nobody has any yet. owners: of the vertices of a window.
-  bool may_add(std::size_t member, std::span<const std::size_t> owners, const Window& w, const proto::Lattice& lattice) const {
-    const Window own = reach_of(member, lattice);
-    for (std::int64_t j = std::max(own.south, w.south); j <= std::min(own.north, w.north); ++j) {
-      const std::size_t* const row = owners.data() + (j - w.south) * (w.east - w.west + 1);
-      for (std::int64_t i = w.west; i <= w.east; ++i)
-        if (row[i - w.west] == kNobody && proto::modulo(i - own.west, lattice.columns()) <= own.east - own.west) return true;
-    }
-    return false;
-  }
-
   /// Of members that are of one map: the data of the first that has some. None that is wholly hidden is read.
   proto::Result<Laid> one_map(const proto::Lattice& lattice, const Window& w, std::span<const std::size_t> layers) {
     Laid map(w);
     for (const std::size_t layer : layers) {
-      if (!may_add(layer, map.owners, w, lattice)) continue;
-      auto source = opened(layer);
+      if (!may_add(reach_of(layer, lattice), map, lattice)) continue;
+      auto source = opened(layer, VoidRule::hole);
       if (!source.ok()) return source.problem();
       const auto own = (*source)->sample(lattice, w.west, w.south, map.samples.columns, map.samples.rows);
       if (!own.ok()) return own.problem();
@@ -229,8 +220,22 @@ class Mosaic final : public Source {
     return map;
   }
 
-  /// All layers, the first of which wins. The samples reach beyond the window where some are blended.
+  /// The data of all layers, and heights where none has any. The samples reach beyond the window where some are blended.
   proto::Result<Laid> laid(const proto::Lattice& lattice, const Window& w, std::span<const std::size_t> layers) {
+    auto sum = data_of(lattice, w, layers);
+    if (!sum.ok() || std::ranges::none_of(layers, [this](std::size_t layer) { return puts_height(members_[layer]); })) return sum;
+    std::vector<Layer> all;
+    for (const std::size_t layer : layers) all.push_back({layer, reach_of(layer, lattice), puts_height(members_[layer])});
+    const auto with_heights = [&, &s = sum->samples](std::size_t layer) -> proto::Result<proto::Samples> {
+      auto source = opened(layer, VoidRule::value);
+      return source.ok() ? (*source)->sample(lattice, s.west, s.south, s.columns, s.rows) : source.problem();
+    };
+    const auto done = put_heights(lattice, all, with_heights, *sum);
+    return done.ok() ? std::move(sum) : done.problem();
+  }
+
+  /// The data of all layers, the first of which wins.
+  proto::Result<Laid> data_of(const proto::Lattice& lattice, const Window& w, std::span<const std::size_t> layers) {
     if (layers.empty() || sheet_of(layers.front()) == sheet_of(layers.back())) return one_map(lattice, w, layers);
     const Window wide = with_feather(w, lattice);
     Laid sum(wide);
@@ -248,16 +253,21 @@ class Mosaic final : public Source {
   }
 
   using Opened = std::shared_ptr<RasterSource>;  ///< held by who works with it: others are opened meanwhile
-  proto::Result<Opened> opened(std::size_t member) {
-    if (auto open = open_.find(member)) return *open;
+  /// voids: what those of the raster are until it is asked for again.
+  proto::Result<Opened> opened(std::size_t member, VoidRule voids) {
+    if (auto open = open_.find(member)) {
+      (*open)->set_voids(voids);
+      return *open;
+    }
     const MosaicMember& m = members_[member];
     auto source = m.decimation ? open_decimated(m.path, m.name, m.trust, m.options, m.decimation)
                                : open_source(m.path, m.name, m.trust, m.options);
     if (!source.ok()) return source.problem();
     const Opened kept(&dynamic_cast<RasterSource&>(*source->release()));  // what these give
+    kept->set_voids(voids);
     if (members_.size() > 1)
-      kept->set_beyond([this, member, all = kept->all_pixels()](const PixelWindow& window, std::vector<double>& heights) {
-        return read_beyond(member, all, window, heights);
+      kept->set_beyond([this, member, own = kept.get()](const PixelWindow& window, std::vector<double>& heights) {
+        return read_beyond(member, *own, window, heights);
       });
     if (lately_) kept->share_pixels(lately_, member);
     open_.keep(member, kept, m.description.driver() == kTextGrid ? 2 : 1);  // it has a copy, too
@@ -267,6 +277,11 @@ class Mosaic final : public Source {
   /// Whether a member's pixel has a part in all heights around it: they are its own, or of others that read across their side, or
   /// have the same height there. Of those that have, it is the first one's pixel alone.
   proto::Result<bool> shapes_surface(std::size_t member, const std::array<std::size_t, 4>& owners, const PixelNumber& pixel) {
+    if (puts_height(members_[member])) {  // beside others only data count
+      const auto own_m = pixel_m(member, pixel);
+      if (!own_m.ok()) return own_m.problem();
+      if (std::isnan(*own_m)) return false;
+    }
     for (auto owner = owners.begin(); owner != owners.end(); ++owner) {
       if (*owner == kNobody || *owner == member || std::find(owners.begin(), owner, *owner) != owner) continue;
       if (*owner == kSeveral) return false;
@@ -288,7 +303,7 @@ class Mosaic final : public Source {
     return *here_m == *there_m;
   }
   proto::Result<double> pixel_m(std::size_t member, const PixelNumber& pixel) {
-    const auto source = opened(member);
+    const auto source = opened(member, VoidRule::hole);
     if (!source.ok()) return source.problem();
     std::vector<double> height_m;
     if (auto done = (*source)->own_pixels({pixel.column, pixel.row, 1, 1}, height_m); !done.ok()) return done.problem();
@@ -302,14 +317,19 @@ class Mosaic final : public Source {
     });
   }
 
-  /// Pixels of the window beyond the member's sides, from those that go on with them: of the first that has one.
-  proto::Result<void> read_beyond(std::size_t member, const PixelWindow& all, const PixelWindow& window,
+  /// Pixels of the window beyond the member's sides, from those that go on with them: of the first that has one. Where the member
+  /// has heights in place of voids, so have they.
+  proto::Result<void> read_beyond(std::size_t member, const RasterSource& own, const PixelWindow& window,
                                   std::vector<double>& heights) {
-    return fill_beyond(all, neighbours_.of(member), window, heights,
-                       [this](std::size_t other, const PixelWindow& part, std::vector<double>& out) -> proto::Result<void> {
-                         const auto source = opened(other);
-                         return source.ok() ? (*source)->own_pixels(part, out) : source.problem();
-                       });
+    for (const VoidRule voids : kByWeight) {
+      if (voids == VoidRule::value && own.voids() != voids) continue;
+      const auto read = [&](std::size_t other, const PixelWindow& part, std::vector<double>& out) -> proto::Result<void> {
+        const auto source = opened(other, voids);
+        return source.ok() ? (*source)->own_pixels(part, out) : source.problem();
+      };
+      if (auto done = fill_beyond(own.all_pixels(), neighbours_.of(member), window, heights, read); !done.ok()) return done;
+    }
+    return {};
   }
 
   /// A pole is one point: all of its row that has data gets the height of the first raster that has it, wherever that lies.
@@ -330,13 +350,17 @@ class Mosaic final : public Source {
     const std::pair key{lattice.finest_level, row};
     if (const auto known = pole_heights_.find(key); known != pole_heights_.end()) return known->second;
     std::int32_t height = proto::kNoHeight;
-    for (const std::size_t layer : under({0, row, lattice.columns() - 1, row}, lattice)) {
-      auto source = opened(layer);
-      if (!source.ok()) return source.problem();
-      const auto one = (*source)->sample(lattice, (*source)->window(lattice).west, row, 1, 1);
-      if (!one.ok()) return one.problem();
-      height = one->height.front();
-      if (height != proto::kNoHeight) break;
+    const std::vector<std::size_t> layers = under({0, row, lattice.columns() - 1, row}, lattice);
+    for (const VoidRule voids : kByWeight) {
+      if (voids == VoidRule::hole && layers.size() == 1) continue;  // as it is alone
+      for (const std::size_t layer : layers) {
+        if (height != proto::kNoHeight) break;
+        auto source = opened(layer, voids);
+        if (!source.ok()) return source.problem();
+        const auto one = (*source)->sample(lattice, (*source)->window(lattice).west, row, 1, 1);
+        if (!one.ok()) return one.problem();
+        height = one->height.front();
+      }
     }
     return pole_heights_[key] = height;
   }
@@ -359,37 +383,7 @@ class Mosaic final : public Source {
   std::map<std::pair<int, std::int64_t>, std::int32_t> pole_heights_;          ///< by level and row
 };
 
-MosaicMember member_of(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options,
-                       const Source& source) {
-  return {path,
-          name,
-          trust,
-          options,
-          source.description(),
-          source.window(kMemberLattice),
-          state_of_raster(path, trust),
-          source.datum_print(),
-          grid_of(dynamic_cast<const RasterSource&>(source))};  // which open_source gives
-}
-
 }  // namespace
-
-proto::Result<MosaicMember> examine(const std::string& path, const std::string& name, Trust trust,
-                                    const proto::BuildOptions& options) {
-  const auto source = open_source(path, name, trust, options);
-  return source.ok() ? member_of(path, name, trust, options, **source) : proto::Result<MosaicMember>(source.problem());
-}
-
-bool lies_beside(const proto::Problem& problem) { return problem.type == "bbox-outside-raster"; }
-
-proto::Result<MosaicMember> examine_pixels(const std::string& path, const std::string& name, Trust trust,
-                                           const proto::BuildOptions& options) {
-  const auto source = open_source(path, name, trust, options);
-  if (!source.ok()) return source.problem();
-  MosaicMember member = member_of(path, name, trust, options, **source);
-  if (is_all_void(dynamic_cast<RasterSource&>(**source))) member.description.set_all_void(true);
-  return member;
-}
 
 std::unique_ptr<Source> make_mosaic(std::vector<MosaicMember> members, double feather_m) {
   return std::make_unique<Mosaic>(std::move(members), feather_m);

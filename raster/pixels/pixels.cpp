@@ -16,12 +16,12 @@ constexpr double kVoid = std::numeric_limits<double>::quiet_NaN();
 
 constexpr std::size_t kOwnBytes = 2 << 20;  // samples and pixels of a place are asked for one after the other
 
-/// In place: raw values -> metres. instead: of what is no height.
-CORDILLERA_WIDE void to_heights(double factor, double offset_m, const Validity& valid, double instead, double* __restrict line,
+/// In place: raw values -> metres.
+CORDILLERA_WIDE void to_heights(double factor, double offset_m, const Validity& valid, double* __restrict line,
                                 std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
     const double height_m = factor * line[i] + offset_m;
-    line[i] = valid(line[i]) & (std::abs(height_m) <= proto::kMaxHeight_m) ? height_m : instead;
+    line[i] = valid(line[i]) & (std::abs(height_m) <= proto::kMaxHeight_m) ? height_m : kVoid;
   }
 }
 
@@ -31,10 +31,25 @@ Pixels::Pixels(const Dataset& dataset, const HeightRule& rule, int period)
     : dataset_(dataset), rule_(rule), period_(period), validity_(dataset), lately_(std::make_shared<SharedPixels>(kOwnBytes)) {}
 
 proto::Result<void> Pixels::read(const PixelWindow& window, std::vector<double>& heights) {
-  if (lately_->read(raster_, window, heights)) return {};
-  if (auto done = read_anew(window, heights); !done.ok()) return done;
-  lately_->keep(raster_, window, heights);
+  if (!lately_->read(raster_, window, heights)) {
+    if (auto done = read_anew(window, heights); !done.ok()) return done;
+    lately_->keep(raster_, window, heights);  // voids as such: others may want them so
+  }
+  if (rule_.voids == VoidRule::value) put_height(window, heights);
   return {};
+}
+
+/// Where the raster has a pixel, and that has no data.
+void Pixels::put_height(const PixelWindow& window, std::vector<double>& heights) const {
+  const std::int64_t first = std::max<std::int64_t>(window.y, 0),
+                     last = std::min<std::int64_t>(window.y + window.rows, dataset_.rows);
+  for (std::int64_t y = first; y < last; ++y) {
+    double* const line = heights.data() + static_cast<std::size_t>(y - window.y) * window.columns;
+    for (int c = 0; c < window.columns; ++c) {
+      const std::int64_t column = period_ != 0 ? proto::modulo(window.x + c, period_) : window.x + c;
+      if (std::isnan(line[c]) && column >= 0 && column < dataset_.columns) line[c] = rule_.void_height_m;
+    }
+  }
 }
 
 proto::Result<void> Pixels::read_anew(const PixelWindow& window, std::vector<double>& heights) {
@@ -67,7 +82,7 @@ proto::Result<void> Pixels::read_inside(const PixelWindow& part, const PixelWind
   };
   const std::size_t stride = static_cast<std::size_t>(window.columns);
   const auto fill = [&](std::int64_t y, std::int64_t west, std::int64_t east) {
-    std::fill_n(place(west, y), east - west, rule_.voids == VoidRule::value ? rule_.void_height_m : kVoid);
+    std::fill_n(place(west, y), east - west, kVoid);
   };
   if (dataset_.missing.empty()) {
     const Coverage::Rectangle inside{x0, y0, x1, y1};
@@ -83,12 +98,9 @@ proto::Result<void> Pixels::read_inside(const PixelWindow& part, const PixelWind
     for (std::int64_t bx = x0 / bw; bx * bw < x1; ++bx) {
       const std::int64_t west = std::max(x0, bx * bw), east = std::min(x1, (bx + 1) * bw);
       const std::int64_t top = std::max(y0, by * bh), bottom = std::min(y1, (by + 1) * bh);
-      if (!block_missing(bx, by)) {
-        const PixelWindow block{west, top, static_cast<int>(east - west), static_cast<int>(bottom - top)};
-        if (auto done = read_stored(block, place(west, top), stride); !done.ok()) return done;
-      } else if (rule_.voids == VoidRule::value) {
-        for (std::int64_t y = top; y < bottom; ++y) fill(y, west, east);
-      }
+      if (block_missing(bx, by)) continue;
+      const PixelWindow block{west, top, static_cast<int>(east - west), static_cast<int>(bottom - top)};
+      if (auto done = read_stored(block, place(west, top), stride); !done.ok()) return done;
     }
   }
   return {};
@@ -116,12 +128,11 @@ proto::Result<void> Pixels::read_stored(const PixelWindow& part, double* out, st
 }
 
 void Pixels::to_metres(double* line, const std::uint8_t* mask, std::size_t count) const {
-  const double instead = rule_.voids == VoidRule::value ? rule_.void_height_m : kVoid;
   for (std::size_t i = 0; dataset_.signed_byte && i < count; ++i)
     if (line[i] > 127) line[i] -= 256;
-  to_heights(rule_.scale, rule_.offset_m, validity_, instead, line, count);
+  to_heights(rule_.scale, rule_.offset_m, validity_, line, count);
   for (std::size_t i = 0; mask != nullptr && i < count; ++i)
-    if (mask[i] == 0) line[i] = instead;
+    if (mask[i] == 0) line[i] = kVoid;
 }
 
 bool Pixels::block_missing(std::int64_t block_x, std::int64_t block_y) const {

@@ -36,6 +36,9 @@ class Pixels {
   /// read again.
   proto::Result<void> read(const PixelWindow& window, std::vector<double>& heights);
 
+  /// What becomes of pixels without data from now on, in place of what the rule says.
+  void set_voids(VoidRule voids) { rule_.voids = voids; }
+
   /// No pixel of the window can be anything but void, by the file's block table, or by what a VRT's sources cover, alone.
   bool certainly_void(const PixelWindow& window) const;
 
@@ -44,6 +47,7 @@ class Pixels {
   proto::Result<void> read_inside(const PixelWindow& part, const PixelWindow& window, std::int64_t shift,
                                   std::vector<double>& heights);
   proto::Result<void> read_stored(const PixelWindow& part, double* out, std::size_t stride);
+  void put_height(const PixelWindow& window, std::vector<double>& heights) const;
   bool block_missing(std::int64_t block_x, std::int64_t block_y) const;
   void to_metres(double* line, const std::uint8_t* mask, std::size_t count) const;
 

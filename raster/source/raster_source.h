@@ -65,6 +65,12 @@ class RasterSource : public Source {
   proto::Result<void> own_pixels(const PixelWindow& window, std::vector<double>& heights) {
     return pixels_.read(window, heights);
   }
+  /// Whether pixels without data are voids from now on, or have the height of voids=, as they have at first where it is one.
+  void set_voids(VoidRule voids) {
+    voids_ = parts_.height_rule.voids == VoidRule::value ? voids : VoidRule::hole;
+    pixels_.set_voids(voids_);
+  }
+  VoidRule voids() const { return voids_; }
   /// Fills pixels of the window that lie beyond the raster's sides, where others of the same grid have them. The raster's
   /// outermost half pixels are then interpolated to these. It reaches no farther than before; one of points does, up to theirs.
   using Beyond = std::function<proto::Result<void>(const PixelWindow& window, std::vector<double>& heights)>;
@@ -129,6 +135,7 @@ class RasterSource : public Source {
   proto::Result<void> read_nearest(std::span<const PixelPlace> places, double* out);
 
   SourceParts parts_;
+  VoidRule voids_ = parts_.height_rule.voids;
   Pixels pixels_;
   Beyond beyond_;                                        ///< may be null
   PixelBlock block_;                                     ///< scratch

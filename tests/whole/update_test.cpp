@@ -178,6 +178,25 @@ TEST_F(Update, a_patch_that_closes_a_bay_fills_it_in_other_blocks) {
   expect_same(published(folder_.path("1.sqlite")), published(folder_.path("3.sqlite")));
 }
 
+/// voids= a height: data of any raster comes before it, and blocks that the patch does not touch are as they were.
+TEST_F(Update, a_height_in_place_of_voids_gives_the_bytes_of_a_build_from_nothing) {
+  request_.options.set_voids("50");
+  const auto holed = [&](const std::string& name, int at, int side, std::uint32_t seed) {
+    const auto ground = rough_with_sea(seed);
+    write(points_of({kLevel, kWest + at, kNorth - at}, side, side,
+                    [&](int c, int r) { return (c / 90 + r / 70) % 4 == 0 ? kNoData : ground(c, r); }),
+          folder_.path(name));
+  };
+  holed("holed.tif", 20, 3 * 512 - 40, 78);
+  holed("over it.tif", 530, 120, 79);
+  make("1.sqlite", {"holed.tif"});
+  make("2.sqlite", {"over it.tif", "holed.tif"}, "1.sqlite");
+  EXPECT_LE(built_, 6);
+  expect_same(from_nothing({"over it.tif", "holed.tif"}), published(folder_.path("2.sqlite")));
+  make("3.sqlite", {"holed.tif"}, "2.sqlite");
+  expect_same(published(folder_.path("1.sqlite")), published(folder_.path("3.sqlite")));
+}
+
 TEST_F(Update, what_was_taken_away_leaves_no_trace) {
   make("1.sqlite", {"base.tif"});
   make("2.sqlite", {"patch.tif", "base.tif", "beside.tif"}, "1.sqlite");
