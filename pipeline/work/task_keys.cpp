@@ -8,7 +8,6 @@
 #include "pipeline/store/content_hash.h"
 #include "pipeline/work/work_plan.h"
 #include "raster/mosaic/sheets.h"
-#include "raster/storage/storage.h"
 
 namespace cordillera::pipeline::work {
 namespace {
@@ -36,8 +35,7 @@ TaskKeys::TaskKeys(const proto::WorkPlan& plan) {
   numbers.clear_levels();
   numbers.clear_seen_heights();  // of all rasters; what a level has of them follows with its own numbers
   common_ = std::to_string(kPlanFormat) + "\n" + numbers.SerializeAsString();
-  const std::string& mask = plan.plan().options().water_mask();
-  if (!mask.empty()) common_ += "\nwater mask " + raster::state_of(mask);
+  if (!plan.water_mask_state().empty()) common_ += "\nwater mask " + plan.water_mask_state();
   // Blocks leave something else then.
   if (has_levels_above(plan.plan())) common_ += "\nat once, codes by " + std::to_string(code_unit(plan.plan()));
   common_ += "\nrims " + std::to_string(most_rim_reach(plan.plan()));

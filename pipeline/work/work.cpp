@@ -63,11 +63,13 @@ class Worker {
       if (const auto same = unchanged(member, check); !same.ok()) return same.problem();
       examined_.insert(asked);
     }
+    if (const auto same = mask_unchanged(task); !same.ok()) return same.problem();
     auto finished = task.sources_size() > 0 ? builder_.block(address_of(task), told_to_nobody) : merge();
     // Who writes into a raster meanwhile may have had its pixels read in part.
     for (const raster::MosaicMember& member : members) {
       if (const auto same = unchanged(member, check_state); !same.ok()) return same.problem();
     }
+    if (const auto same = mask_unchanged(task); !same.ok()) return same.problem();
     return finished;
   }
 
@@ -79,6 +81,10 @@ class Worker {
     auto same = check(member);
     if (!same.ok() && same.problem().type == "source-changed") changed_.emplace(member.path, same.problem());
     return same;
+  }
+  /// Merges have the water of their blocks.
+  proto::Result<void> mask_unchanged(const proto::WorkTask& task) {
+    return mask_ && task.sources_size() > 0 ? unchanged(*mask_, check_state) : proto::Result<void>();
   }
   /// A merge reads no raster.
   proto::Result<std::unique_ptr<raster::Source>> open(bool blocks) const {
@@ -98,6 +104,7 @@ class Worker {
   const proto::WorkPlan& plan_;
   const std::string& folder_;
   const BuildRequest request_;
+  const std::optional<raster::MosaicMember> mask_ = water_mask_of(plan_);
   Workers workers_;
   Builder builder_;
   bool ready_ = false;

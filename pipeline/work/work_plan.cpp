@@ -231,6 +231,8 @@ proto::Result<proto::WorkPlan> plan_work(const BuildRequest& request, const std:
     work.mutable_source()->clear_columns();
     work.mutable_source()->clear_rows();
   }
+  if (const std::string& mask = request.options.water_mask(); !mask.empty())
+    work.set_water_mask_state(raster::state_of_raster(mask, raster::Trust::operator_file));
   const TaskKeys names(work);
   add_merge(names, add_blocks(names, work), work);
   if (work.stages(0).tasks_size() == 0) return without_data(request);
@@ -279,6 +281,15 @@ std::vector<raster::MosaicMember> members_of(const proto::WorkPlan& plan, const 
   std::vector<raster::MosaicMember> members;
   for (const std::uint32_t k : task.sources()) members.push_back(member_of(plan.sources(static_cast<int>(k))));
   return members;
+}
+
+std::optional<raster::MosaicMember> water_mask_of(const proto::WorkPlan& plan) {
+  const std::string& path = plan.options().water_mask();
+  if (path.empty()) return std::nullopt;
+  raster::MosaicMember mask;
+  mask.path = mask.name = path;
+  mask.state = plan.water_mask_state();
+  return mask;
 }
 
 proto::Result<void> check_unchanged(const raster::MosaicMember& planned) {

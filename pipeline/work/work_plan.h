@@ -4,6 +4,7 @@
 // blocks that it touches and what lies above them.
 #include <algorithm>
 #include <atomic>
+#include <optional>
 #include <string>
 
 #include "pipeline/build/build.h"
@@ -52,6 +53,8 @@ proto::Result<void> check_unchanged(const raster::MosaicMember& planned);
 proto::Result<void> check_state(const raster::MosaicMember& planned);
 /// The rasters that one task reads.
 std::vector<raster::MosaicMember> members_of(const proto::WorkPlan& plan, const proto::WorkTask& task);
+/// The raster that blocks take water from: path, name and state alone; none: water_mask names none.
+std::optional<raster::MosaicMember> water_mask_of(const proto::WorkPlan& plan);
 
 inline proto::TileAddress address_of(const proto::WorkTask& task) {
   return {static_cast<int>(task.level()), static_cast<std::int32_t>(task.x()), static_cast<std::int32_t>(task.y())};

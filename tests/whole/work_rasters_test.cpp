@@ -175,6 +175,31 @@ TEST_F(Work, begins_with_the_task_that_it_is_told) {
   for (std::size_t k = 0; k < all; ++k) EXPECT_EQ(order_[k], plan.stages(0).tasks(static_cast<int>((k + 2) % all)).key());
 }
 
+/// Blocks read it, too.
+TEST_F(Work, a_water_mask_that_changed_since_the_plan_is_refused) {
+  const auto write_mask = [this](int shore) {
+    write(points_of({kLevel, 9008 * kTile - 20, 6000 * kTile + 20}, 400, 400, [shore](int c, int) { return c < shore ? 1 : 0; }),
+          folder_.path("mask.tif"));
+  };
+  write_mask(100);
+  request_.options.clear_water();
+  request_.options.set_water_mask(folder_.path("mask.tif"));
+  const proto::WorkPlan before = plan();
+  write_mask(50);
+  const auto refused = stage(before, 0);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(done_, 0);
+  EXPECT_FALSE(work::worth_retrying(refused.problem()));
+  EXPECT_THAT(refused.problem().detail, testing::HasSubstr("mask.tif is not what it was when the plan was made"));
+  const proto::WorkPlan after = plan();
+  EXPECT_NE(after.stages(0).tasks(0).key(), before.stages(0).tasks(0).key());
+  all_stages(after);
+  ASSERT_TRUE(publish(after, "tasks.sqlite").ok());
+  const Bytes one_piece = in_one_piece("scratch.sqlite");
+  EXPECT_GT(masks_in(one_piece), 0u);
+  expect_same(one_piece, published(folder_.path("tasks.sqlite")));
+}
+
 /// A VRT's raster, a mask, a world file: what a reader may take for a part of it.
 TEST_F(Work, a_file_beside_a_raster_that_changed_since_the_plan_is_refused) {
   const proto::WorkPlan before = plan();
