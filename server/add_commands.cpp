@@ -250,8 +250,7 @@ void add_work(CommandLine& commands) {
   const auto line = std::make_shared<Line>();
   line->words.add_to(commands.app());
   add_options(*line->words.plan(), build_options(), line->plan);
-  std::vector<OptionSpec> of_work = build_options();  // what else shapes a build stands in the plan
-  std::erase_if(of_work, [](const OptionSpec& option) { return option.name != "memory"; });
+  const std::vector<OptionSpec> of_work = work_options();
   add_table(*line->words.work(), of_work, line->work.given);
   for (CLI::App* command : line->words.commands()) {
     commands.know(command, [line, of_work] {

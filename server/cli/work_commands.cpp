@@ -53,7 +53,7 @@ proto::Result<std::vector<std::size_t>> tasks_of(const WorkLine& line, const pro
   if (!line.part.empty()) {
     const bool counted = slash != std::string::npos && !read_whole(line.part.substr(slash + 1), {1, 1u << 24}, &parts);
     const std::string asked = line.part.substr(0, slash), number = asked == "array" ? array_number(parts) : asked;
-    if (asked == "array" && number.empty())
+    if (counted && asked == "array" && number.empty())
       return Problem{"option-invalid",
                      "--part='" + line.part +
                          "', and no scheduler says which part this is: none of SLURM_ARRAY_TASK_ID, "
@@ -61,10 +61,10 @@ proto::Result<std::vector<std::size_t>> tasks_of(const WorkLine& line, const pro
                      "K/N with K from 0 to N - 1", "--part"};
     const bool right = counted && !read_whole(number, {0, parts - 1}, &part);
     if (!right) {
-      return Problem{
-          "option-invalid",
-          "--part='" + line.part + "'" + (number == asked ? "" : ", here " + number + line.part.substr(slash)) + " is no K/N",
-          "K/N with K from 0 to N - 1, or array/N: the number that Slurm, Kubernetes or AWS Batch gives", "--part"};
+      return Problem{"option-invalid",
+                     "--part='" + line.part + "'" +
+                         (counted && number != asked ? ", here " + number + line.part.substr(slash) : "") + " is no K/N",
+                     "K/N with K from 0 to N - 1, or array/N: the number that Slurm, Kubernetes or AWS Batch gives", "--part"};
     }
   }
   return work::part_of(stage, part, parts);
@@ -88,38 +88,30 @@ class TaskCounter {
   Verbosity words_;
 };
 
-/// One, or with cuda:all every GPU of the machine.
+/// One, or every GPU of the machine.
 proto::Result<std::vector<std::string>> devices_of(const std::string& asked) {
   if (asked.empty()) return std::vector<std::string>{"auto"};
+  if (asked != kEveryGpu) return std::vector<std::string>{asked};
   std::vector<std::string> devices;
-  if (asked == "cuda:all") {
-    for (int k = 0; k < gpu::cuda_devices(); ++k) devices.push_back("cuda:" + std::to_string(k));
-    if (devices.empty())
-      return Problem{"device-unavailable", "--device='cuda:all': there is no GPU that this program may use", "auto, cpu",
-                     "--device"};
-    return devices;
-  }
-  if (const auto wrong = read_device(asked, &devices.emplace_back()))
-    return wrong_value("--device", asked, *wrong, "auto, cpu, cuda, cuda:N or cuda:all");
+  for (int k = 0; k < gpu::cuda_devices(); ++k) devices.push_back("cuda:" + std::to_string(k));
+  if (devices.empty())
+    return Problem{"device-unavailable", "--device='cuda:all': there is no GPU that this program may use", "auto, cpu",
+                   "--device"};
   return devices;
 }
 
 /// Where a worker begins, so that several with the same line do not do the same tasks side by side: each finds what others did.
 std::size_t own_begin() { return std::hash<std::string>()(raster::host_name() + std::to_string(getpid())); }
 
-/// memory_mib: of the line; 0: what the plan was made with.
-proto::Result<void> do_stage(const proto::WorkPlan& plan, int number, const WorkLine& line, std::uint32_t memory_mib) {
+/// Without memory in machine, what the plan was made with.
+proto::Result<void> do_stage(const proto::WorkPlan& plan, int number, const WorkLine& line, const proto::BuildOptions& machine) {
   const proto::WorkStage& stage = plan.stages(number);
   const auto tasks = tasks_of(line, stage);
   if (!tasks) return tasks.problem();
-  const auto devices = devices_of(line.device);
+  const auto devices = devices_of(machine.device());
   if (!devices) return devices.problem();
-  work::WorkOrder order{line.folder, *devices, 0, memory_mib > 0 ? memory_mib : plan.options().memory(),
-                        line.part.empty() ? own_begin() : 0};
-  if (!line.threads.empty()) {
-    if (const auto wrong = read_whole(line.threads, {0, 1024}, &order.threads))
-      return wrong_value("--threads", line.threads, *wrong, "0 to 1024");
-  }
+  work::WorkOrder order{line.folder, *devices, machine.threads(),
+                        machine.memory() > 0 ? machine.memory() : plan.options().memory(), line.part.empty() ? own_begin() : 0};
   if (order.memory_mib > 0)
     order.threads = std::min(proto::threads_for(order.threads), std::max(1u, order.memory_mib / kMemoryPerThread_mib));
   TaskCounter counter(tasks->size(), line.words);
@@ -244,7 +236,7 @@ int work_command(const Settings& settings, const WorkLine& line) {
                           "--stage 0 for the blocks, or a higher stage that `cordillera tasks` lists", "--stage"});
     }
     for (int s = 0; s < plan->stages_size(); ++s) {
-      if (const auto done = do_stage(*plan, s, line, settings.build.memory()); !done) return give_up(done.problem());
+      if (const auto done = do_stage(*plan, s, line, settings.build); !done) return give_up(done.problem());
     }
     return kDone;
   }
@@ -253,7 +245,7 @@ int work_command(const Settings& settings, const WorkLine& line) {
   if (const auto wrong = read_whole(line.stage, {0, last}, &stage)) {
     return wrong_usage({"usage", "--stage='" + line.stage + "': " + *wrong, "0 to " + std::to_string(last), "--stage"});
   }
-  const auto done = do_stage(*plan, static_cast<int>(stage), line, settings.build.memory());
+  const auto done = do_stage(*plan, static_cast<int>(stage), line, settings.build);
   if (done) return kDone;
   return done.problem().type == "option-invalid" ? wrong_usage(done.problem()) : give_up(done.problem());
 }

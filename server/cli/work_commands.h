@@ -22,11 +22,11 @@ struct WorkLine {
   std::string stage;  ///< a number; empty: all of them, one after the other
   std::string task;   ///< a number, or
   std::string part;   ///< K/N: the K-th of N parts of about equal cost, from 0; neither: all tasks of the stage
-  std::string device;
-  std::string threads;
   Verbosity words = Verbosity::all;
 };
-/// settings: memory, of this line or the environment.
+/// --device of `work`, beside those of a build.
+inline constexpr const char* kEveryGpu = "cuda:all";
+/// settings: device, threads and memory, of this line or the environment.
 int work_command(const Settings& settings, const WorkLine& line);
 
 struct PublishLine : OutputLine {

@@ -1,8 +1,21 @@
 #include "server/cli/work_line.h"
 
+#include "server/options/option_values.h"
 #include "server/options/option_words.h"
 
 namespace cordillera::server {
+
+std::vector<OptionSpec> work_options() {
+  std::vector<OptionSpec> options = build_options();
+  std::erase_if(options, [](const OptionSpec& option) { return option.name != "threads" && option.name != "memory"; });
+  options.push_back({"device", "DEVICE", "what computes; cuda:all: every GPU here, a worker each",
+                     "auto, cpu, cuda, cuda:N or cuda:all", [](std::string_view text, Settings& settings) {
+                       if (text != kEveryGpu) return read_device(text, settings.build.mutable_device());
+                       settings.build.set_device(kEveryGpu);
+                       return Complaint();
+                     }});
+  return options;
+}
 
 void WorkWords::add_to(CLI::App& app) {
   plan_ = app.add_subcommand("plan", "cut the build of many rasters into tasks that other machines can do");
@@ -31,12 +44,10 @@ void WorkWords::add_to(CLI::App& app) {
   };
   option("--stage", work_line_.stage, "N", "which stage; without it all of them, one after the other");
   option("--task", work_line_.task, "K", "one task of the stage");
-  option("--part", work_line_.part, "K/N",
-         "the K-th of N parts of the stage, of about equal cost; K from 0, or array: the number that a scheduler gives to a task "
-         "of an array");
-  option("--device", work_line_.device, "DEVICE",
-         "what computes [auto, cpu, cuda, cuda:N, cuda:all: every GPU here, a worker each]");
-  option("--threads", work_line_.threads, "N", "threads; 0: one for each usable core [0 to 1024]");
+  option(
+      "--part", work_line_.part, "K/N",
+      "the K-th of N parts of the stage, of about equal cost; K from 0; array/N: that of the number that a scheduler gives to a "
+      "task of an array");
   add_value_flag(*work_, "-q,--quiet", work_line_.words, Verbosity::none, "say nothing but problems");
 
   publish_ = app.add_subcommand("publish", "check everything that the tasks of a plan left, and make it a dataset in one step");

@@ -7,6 +7,9 @@
 
 namespace cordillera::server {
 
+/// Of the options of a build those of the machine that does tasks: what else shapes it stands in the plan.
+std::vector<OptionSpec> work_options();
+
 class WorkWords {
  public:
   /// Adds the commands; add_build_options gives plan its options.

@@ -15,6 +15,12 @@ says 2 'less than 96' work plan --memory 5
 CORDILLERA_MEMORY=5 says 2 'CORDILLERA_MEMORY.*less than 96' work plan
 CORDILLERA_ERROR=nonsense says 0 '' work plan --memory 500 -q
 says 0 '"memory_mib": *1024' tasks plan --json
+# Threads and device likewise, and what is wrong with them is told before any task.
+for words in '--threads -1' '--threads x' '--device foo'; do says 2 'accepted: ' work plan $words; done
+CORDILLERA_THREADS=x says 2 'CORDILLERA_THREADS' work plan
+CORDILLERA_DEVICE=foo says 2 'CORDILLERA_DEVICE.*cuda:all' work plan
+for part in array 1 array/ /3; do says 2 "part='$part' is no K/N.*array/N" work plan --stage 0 --part $part; done
+SLURM_ARRAY_TASK_ID=4 says 2 "part='array/3', here 4/3 is no K/N" work plan --stage 0 --part array/3
 says 0 '' plan dem -o small "${options[@]}" --memory 300
 grep -q '"memory": *300' small/plan.json || fail 'the plan does not pass its memory on'
 
