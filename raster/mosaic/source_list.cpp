@@ -12,6 +12,7 @@
 #include "proto/utf8.h"
 #include "raster/gdal/formats.h"
 #include "raster/gdal/gdal_scope.h"
+#include "raster/mosaic/folder_files.h"
 #include "raster/storage/storage.h"
 
 namespace cordillera::raster {
@@ -109,30 +110,34 @@ std::string text_head(const std::string& path) {
 std::vector<std::string> texts_of_points(const std::string& folder) {
   constexpr std::array kAnything{".txt", ".csv"};
   std::vector<std::string> texts;
-  std::error_code error;
-  for (fs::recursive_directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
-    const std::string path = at->path().string();
-    if (!at->is_regular_file(error) || !is_one_of(extension_of(path), kAnything)) continue;
+  const auto files = files_below(folder);
+  if (!files) return texts;
+  for (const std::string& path : *files) {
+    if (!is_one_of(extension_of(path), kAnything)) continue;
     if (const std::string head = text_head(path); !is_no_text(head) && holds_points(head)) texts.push_back(path);
   }
-  std::sort(texts.begin(), texts.end());
   return texts;
 }
 
 Listed in_folder(const std::string& folder) {
   Sources sources;
-  std::error_code error;
-  for (fs::recursive_directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
-    if (at->is_regular_file(error) && is_listed(extension_of(at->path().string()))) sources.push_back({at->path().string(), {}});
+  const auto files = files_below(folder);
+  if (!files) return files.problem();
+  for (const std::string& path : *files) {
+    const std::string extension = extension_of(path);
+    std::error_code error;
+    if (is_listed(extension))
+      sources.push_back({path, {}});
+    else if (extension.empty() && !fs::exists(path, error))  // of rasters, most likely: on a disk that is not there now
+      return proto::Problem{"file-unreadable", path + " is a link to what is not there", "a folder whose links lead to something",
+                            ""};
   }
-  if (error) return invalid(folder, "cannot be read: " + error.message());
   if (const auto texts = sources.empty() ? note_on_texts(folder) : std::nullopt)
     return proto::Problem{"sources-invalid", folder + " has no raster in it that is called as one; " + *texts,
                           "the texts by their names, where each is a grid, such as " + folder + "/*.txt", ""};
   if (sources.empty())
     return proto::Problem{"sources-invalid", folder + " has no raster in it",
                           "a folder with files that end in " + raster_extensions() + " .zip or .gz", ""};
-  std::sort(sources.begin(), sources.end(), [](const ListedSource& a, const ListedSource& b) { return a.path < b.path; });
   return sources;
 }
 

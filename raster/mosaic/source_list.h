@@ -18,7 +18,7 @@ struct ListedSource {
 };
 
 /// word, by what it is:
-///   a folder                    every raster in it and below it, in the order of their names
+///   a folder                    every raster in it and below it, in the order of their names; links are followed
 ///   *.txt, *.lst                a raster a line, and options after it: `fine.tif vertical_datum=EGM2008`; # starts a comment,
 ///                               a path with spaces stands in double quotes. A text of points (XYZ) is a raster
 ///   *.json                      {"sources": [{"path": …, option: value, …}, …]}, or a STAC item, ItemCollection or

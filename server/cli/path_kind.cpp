@@ -45,7 +45,9 @@ bool holds_rasters(const std::string& path) {
   std::error_code error;
   const bool built = std::filesystem::exists(std::filesystem::path(path) / "manifest.json", error) ||
                      std::filesystem::exists(std::filesystem::path(path) / "dataset.sqlite", error);
-  return path_kind(path) == PathKind::folder && !built && raster::list_sources(path).ok();
+  if (path_kind(path) != PathKind::folder || built) return false;
+  const auto listed = raster::list_sources(path);
+  return listed.ok() || listed.problem().type == "file-unreadable";  // who reads them says which
 }
 
 bool means_another_file(const std::string& output) {

@@ -44,10 +44,9 @@ void WorkWords::add_to(CLI::App& app) {
   };
   option("--stage", work_line_.stage, "N", "which stage; without it all of them, one after the other");
   option("--task", work_line_.task, "K", "one task of the stage");
-  option(
-      "--part", work_line_.part, "K/N",
-      "the K-th of N parts of the stage, of about equal cost; K from 0; array/N: that of the number that a scheduler gives to a "
-      "task of an array");
+  option("--part", work_line_.part, "K/N",
+         "the K-th of N parts of the stage, of about equal cost; K from 0; array/N: K is the number that a scheduler gives to a "
+         "task of an array");
   add_value_flag(*work_, "-q,--quiet", work_line_.words, Verbosity::none, "say nothing but problems");
 
   publish_ = app.add_subcommand("publish", "check everything that the tasks of a plan left, and make it a dataset in one step");

@@ -28,6 +28,27 @@ TEST_F(SourceList, a_folder_is_its_rasters_by_name) {
   EXPECT_EQ(names(path("")), (Names{"a.TIF", "b.tif", "c.txt.tif"}));
 }
 
+TEST_F(SourceList, a_folder_has_what_its_links_lead_to) {
+  namespace fs = std::filesystem;
+  fs::create_directories(path("elsewhere/deep"));
+  fs::create_directories(path("all/sub"));
+  for (const char* name : {"all/a.tif", "all/sub/b.tif", "elsewhere/deep/c.tif", "elsewhere/d.tif"}) write(Spec{}, name);
+  fs::create_symlink(path("elsewhere"), path("all/disk"));
+  fs::create_symlink(path("elsewhere/d.tif"), path("all/e.tif"));
+  fs::create_symlink(path("all"), path("all/sub/up"));  // no way round
+  fs::create_symlink("sub", path("all/again"));
+  fs::create_symlink("gone", path("all/readme.md"));
+  fs::create_symlink("gone", path("all/.#a.tif"));  // an editor's lock
+  EXPECT_EQ(names(path("all")), (Names{"a.tif", "d.tif", "c.tif", "e.tif", "b.tif"}));
+  fs::create_symlink("gone.tif", path("all/f.tif"));
+  EXPECT_EQ(names(path("all")), (Names{"a.tif", "d.tif", "c.tif", "e.tif", "f.tif", "b.tif"}))
+      << "who opens it says that it is gone";
+  fs::create_symlink("/nowhere/tiles", path("all/tiles"));
+  const auto refused = raster::list_sources(path("all"));
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.problem().detail, path("all/tiles") + " is a link to what is not there");
+}
+
 TEST_F(SourceList, a_folder_tells_of_texts_that_look_like_points) {
   EXPECT_EQ(raster::note_on_texts(path("")), std::nullopt);
   write({}, "a.tif");

@@ -106,6 +106,10 @@ if [[ $(id -u) != 0 ]] || setpriv --reuid 65534 --regid 65534 --clear-groups tru
   (cd / && as_other "$program" plan "$work/closed.asc" --dry-run) > said 2>&1 && code=0 || code=$?
   [[ $code == 1 ]] && grep -q 'closed.asc cannot be read: Permission denied' said || fail "plan ends with $code"
   rm -f closed.asc
+  mkdir -p sheets/locked && cp dem/dem00.* sheets && chmod 000 sheets/locked
+  (cd / && as_other "$program" info "$work/sheets") > said 2>&1 && code=0 || code=$?
+  [[ $code == 1 ]] && grep -q 'sheets/locked cannot be read: Permission denied' said || fail "a folder in a folder: info ends with $code"
+  rm -r sheets
 fi
 
 # Folders of processes that are gone are removed, and no others.
