@@ -30,6 +30,8 @@ proto::Result<MosaicMember> examine(const std::string& path, const std::string& 
 
 /// Whether a problem of examine() is that the bbox does not touch the raster: among others it is passed over.
 bool lies_beside(const proto::Problem& problem);
+/// The problem where it touches none of several. asked: path, name, trust and options of each; some are opened without the bbox.
+proto::Problem beside_all(const std::vector<MosaicMember>& asked);
 
 /// As examine, and looks at the pixels, too: description.all_void says where none has data.
 proto::Result<MosaicMember> examine_pixels(const std::string& path, const std::string& name, Trust trust,

@@ -28,7 +28,7 @@ struct ListedSource {
 ///   anything else               a raster: a file, a VRT, or what GDAL opens
 /// A text and JSON may begin with a byte order mark. A file of this machine may stand there with escapes, as "old%20sheet.tif".
 /// Paths in a list count from the list's folder; s3://, gs://, az:// and https:// become GDAL's /vsis3/, /vsigs/, /vsiaz/ and
-/// /vsicurl/. Problems: "sources-invalid", naming the list and the line or member.
+/// /vsicurl/. Problems: "sources-invalid", naming the list and the line or member; "file-unreadable", naming what of a folder.
 proto::Result<std::vector<ListedSource>> list_sources(const std::string& word);
 
 /// Of a folder: how many texts that hold points it has, which are not taken with it, for a text may be anything; as a sentence

@@ -69,6 +69,17 @@ std::vector<std::string> notes_on_texts(const std::vector<std::string>& words) {
   return notes;
 }
 
+Problem beside_all(const std::vector<Named>& named) {
+  std::vector<MosaicMember> asked;
+  for (const Named& one : named) {
+    MosaicMember& member = asked.emplace_back();
+    member.path = one.source.path;
+    member.name = fs::path(one.source.path).filename().string();
+    member.options = one.options;
+  }
+  return raster::beside_all(asked);
+}
+
 /// What could not be fetched now, or had no room here, is no bad raster: the next time it would be among the others.
 bool is_of_storage(const Problem& problem) { return problem.type.starts_with("storage-"); }
 
@@ -101,7 +112,7 @@ proto::Result<Sources> examine_sources(const std::vector<std::string>& words, co
       return problem;
     }
   }
-  if (sources.members.empty() && beside && sources.skipped.empty()) return *beside;
+  if (sources.members.empty() && beside && sources.skipped.empty()) return named->size() > 1 ? beside_all(*named) : *beside;
   if (sources.members.empty()) {
     return Problem{"sources-invalid",
                    "none of the rasters can be used" + (sources.skipped.empty() ? "" : "; the first: " + sources.skipped.front()),

@@ -24,6 +24,12 @@ says 0 'left out: .*dem99.asc' plan dem -o plan "${options[@]}" --vertical-datum
   fail 'those left out are not named in their order'
 rm dem/dem9?.asc
 
+# A box beside all of them, or in another order, is told where they lie together.
+"$program" info dem --json > said
+order=$(python3 -c 'import json; w, s, e, n = json.load(open("said"))["manifest"]["source"]["bbox"]; print(f"{s:.4f},{w:.4f},{n:.4f},{e:.4f}")')
+says 1 'the bbox touches none of the 3 rasters; in the order west,south,east,north it would: ' plan dem --dry-run --bbox "$order"
+says 1 'touches none of the 3 rasters; accepted: a bbox over the data, which lie in ' plan dem --dry-run --bbox 100,10,101,11
+
 # A plan is text, and so are the names in it.
 for kind in asc prj; do cp dem/dem00.$kind $'caf\xe9.'$kind; done
 says 1 'the name of café.asc is no UTF-8' plan $'caf\xe9.asc' -o latin "${options[@]}" --vertical-datum ellipsoid
