@@ -276,9 +276,9 @@ void add_check(CommandLine& commands) {
   check->add_option("path", line->path,
                     "a dataset.sqlite, a dataset's folder, a folder that build wrote, or a server's data folder");
   check
-      ->add_option(
-          "--source", line->sources,
-          "the raster it was built from: stated errors are measured against it; of several each, in their order, or their list")
+      ->add_option("--source", line->sources,
+                   "the raster it was built from: stated errors are measured against it; of several a --source each, in their "
+                   "order, or their list")
       ->type_name("RASTER")
       ->allow_extra_args(false);  // what follows is the dataset
   add_value_flag(*check, "--json", line->show, Show::json, "the report as JSON");

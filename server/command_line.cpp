@@ -84,7 +84,9 @@ std::optional<proto::Problem> check_words(const CLI::App& command) {
       return proto::Problem{
           "usage", "unexpected '" + word + "'",
           "cordillera view " + word + "; or serve --live FOLDER of rasters, or --mount NAME=PATH of what was built", word};
-    return proto::Problem{"usage", "unexpected '" + word + "'", help, word};
+    const std::string each =
+        command.get_name() == "check" && command["--source"]->count() > 0 ? "--source in front of each raster; " : "";
+    return proto::Problem{"usage", "unexpected '" + word + "'", each + help, word};
   }
   for (const CLI::Option* option : command.get_options()) {
     if (!option->get_positional() || option->count() > 0 || option->get_expected_min() == 0) continue;

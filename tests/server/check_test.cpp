@@ -41,6 +41,9 @@ TEST_F(CheckOfMany, EachCountsFromItsOwnDatum) {
     }
     const Ended turned = shell(check + " --source " + at("east.asc") + " --source " + at("east.asc"));
     EXPECT_EQ(turned.code, 1) << "another raster: " << turned.output;
+    const Ended listed = shell(check + " --source " + at("west.asc") + " " + at("east.asc"));
+    EXPECT_EQ(listed.code, 2);
+    EXPECT_THAT(listed.output, HasSubstr("accepted: --source in front of each raster; see cordillera check --help"));
   }
 }
 
