@@ -49,7 +49,7 @@ void WorkWords::add_to(CLI::App& app) {
          "task of an array");
   add_value_flag(*work_, "-q,--quiet", work_line_.words, Verbosity::none, "say nothing but problems");
 
-  publish_ = app.add_subcommand("publish", "check everything that the tasks of a plan left, and make it a dataset in one step");
+  publish_ = app.add_subcommand("publish", "check the tiles that the tasks of a plan left, and make them a dataset in one step");
   publish_->add_option("plan", publish_line_.folder, "a folder that plan wrote");
   publish_->add_option("-o,--output", publish_line_.output,
                        "folder to write; a file that export writes, such as *.pmtiles; or *.sqlite, also in object storage: "
