@@ -7,13 +7,19 @@ namespace cordillera::server {
 
 std::vector<OptionSpec> work_options() {
   std::vector<OptionSpec> options = build_options();
-  std::erase_if(options, [](const OptionSpec& option) { return option.name != "threads" && option.name != "memory"; });
-  options.push_back({"device", "DEVICE", "what computes; cuda:all: every GPU here, a worker each",
-                     "auto, cpu, cuda, cuda:N or cuda:all", [](std::string_view text, Settings& settings) {
-                       if (text != kEveryGpu) return read_device(text, settings.build.mutable_device());
-                       settings.build.set_device(kEveryGpu);
-                       return Complaint();
-                     }});
+  std::erase_if(options, [](const OptionSpec& option) {
+    return option.name != "device" && option.name != "threads" && option.name != "memory";
+  });
+  for (OptionSpec& option : options) {
+    if (option.name != "device") continue;
+    option.help = "what computes; cuda:all: every GPU here, a worker each";
+    option.accepted = "auto, cpu, cuda, cuda:N or cuda:all";
+    option.apply = [](std::string_view text, Settings& settings) {
+      if (text != kEveryGpu) return read_device(text, settings.build.mutable_device());
+      settings.build.set_device(kEveryGpu);
+      return Complaint();
+    };
+  }
   return options;
 }
 
