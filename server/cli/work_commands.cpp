@@ -130,7 +130,7 @@ int say(const proto::WorkPlan& plan, const std::string& folder) {
   std::cout << counted(static_cast<std::size_t>(plan.sources_size()), "raster") << ", levels " << plan.plan().min_level()
             << " to " << plan.plan().finest_level() << ", " << samples / 1e6 << " million samples\n";
   for (std::size_t s = 0; s < stages->size(); ++s) {
-    std::cout << "stage " << s << (s == 0 ? " (blocks): " : " (merges): ") << counted((*stages)[s].all, "task") << ", "
+    std::cout << "stage " << s << (s == 0 ? " (blocks): " : " (levels above): ") << counted((*stages)[s].all, "task") << ", "
               << (*stages)[s].done << " done\n";
   }
   return kDone;
