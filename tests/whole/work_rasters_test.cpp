@@ -58,7 +58,7 @@ TEST_F(Work, a_changed_raster_costs_what_it_touches) {
 
 /// A few heights of all rasters are looked at for a small error; so fine that a level's steps follow from them it is not.
 TEST_F(Work, a_higher_raster_elsewhere_leaves_keys_alone) {
-  request_.options.set_error(0.3);
+  request_.options.clear_error();  // the default one looks at heights
   examine({"west.tif", "beside.tif", "far.tif"});
   const proto::WorkPlan before = plan();
   const auto rough_ground = rough(3);
