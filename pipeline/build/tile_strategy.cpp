@@ -79,7 +79,8 @@ proto::Result<void> TileStrategy::open(const std::string& device, const proto::P
   const std::string strategy = strategy_of(plan);
   options_ = plan.options();
   if (strategy == gpu::kExact) return {};
-  auto simplifier = gpu::make_simplifier(device, workers_.loop(), strategy);
+  // What remains on the host is one tile: a loop of the workers would take up others, which wait for the device.
+  auto simplifier = gpu::make_simplifier(device, gpu::one_after_the_other, strategy);
   if (!simplifier.ok()) return simplifier.problem();
   if ((*simplifier)->device() != "cpu") on_device_ = std::move(*simplifier);
   has_device_ = on_device_ != nullptr;
