@@ -179,6 +179,14 @@ bool goes_with(const ArchiveEntry& raster, const ArchiveEntry& other) {
   return fs::path(other.path).parent_path() == fs::path(raster.path).parent_path() && is_side_of(raster.name(), other.name());
 }
 
+/// GDAL would open it with any driver, such as one that reads other files. Without it, masked pixels would become heights.
+Problem mask_beside(const std::string& name, const ArchiveEntry& raster, const ArchiveEntry& mask) {
+  return {"archive-rasters", name + " holds a mask beside its raster: " + proto::shown_text(mask.name(), 60),
+          "a raster with its mask inside; this makes one of both: " +
+              copying_line("gdal_translate --config GDAL_TIFF_INTERNAL_MASK YES", raster.name()),
+          ""};
+}
+
 proto::Result<void> extract(const std::string& zip, const ArchiveEntry& entry, const std::string& name, const std::string& to,
                             Bound& bound) {
   const GdalScope scope(Trust::posted_file);
@@ -211,12 +219,14 @@ proto::Result<Member> unzip(const std::string& path, const std::string& name, co
   // Under a name of ours, which holds nothing that GDAL would take for more than a name.
   const std::string link = folder.link(path, "archive.zip");
   if (link.empty()) return no_space(name, folder.place(name));
+  if (auto listed = check_list(link, name, kMostEntries); !listed.ok()) return listed.problem();
   const auto entries = entries_of(link, name);
   if (!entries) return entries.problem();
   const auto raster = raster_of(*entries, name);
   if (!raster) return raster.problem();
   for (const ArchiveEntry& entry : *entries) {
     if (entry.path != raster->path && !goes_with(*raster, entry)) continue;
+    if (is_mask(entry.name())) return mask_beside(name, *raster, entry);
     const std::string to = is_pam(entry.name()) ? pam_of_unpacked(folder.place(raster->name())) : folder.place(entry.name());
     if (auto done = extract(link, entry, name, to, bound); !done.ok()) return done.problem();
   }

@@ -32,8 +32,8 @@ constexpr std::array kFormats{
     Format{"VRT", "VRT, on the command line alone", "", From::operators},
 };
 
-constexpr std::string_view kSides = ".hdr .prj .sgrd .tfw .tifw .wld .ige ";
-constexpr std::string_view kPam = ".aux.xml";
+constexpr std::string_view kSides = ".hdr .prj .sgrd .tfw .tifw .wld .j2w .ige ";
+constexpr std::string_view kPam = ".aux.xml", kMask = ".msk";
 
 /// What the driver of Esri's raw files opens has any name: whatever has a .hdr beside it, which may be the header of another
 /// file.
@@ -53,9 +53,11 @@ bool is_raster_extension(std::string_view extension) {
   return std::any_of(kFormats.begin(), kFormats.end(), [&](const Format& format) { return holds(format.extensions, extension); });
 }
 
-bool is_side_extension(std::string_view extension) { return holds(kSides, extension); }
+bool is_side_extension(std::string_view extension) { return holds(kSides, extension) || extension == kMask; }
 
 bool is_pam(const std::string& name) { return proto::lower(name).ends_with(kPam); }
+
+bool is_mask(const std::string& name) { return proto::lower(name).ends_with(kMask); }
 
 std::string pam_of(const std::string& raster) { return raster + std::string(kPam); }
 
@@ -64,9 +66,9 @@ std::string pam_of_unpacked(const std::string& raster) { return raster + ".notes
 bool is_side_of(const std::string& raster, const std::string& other) {
   const std::string name = proto::lower(other), of = proto::lower(raster);
   const auto stem = [](const std::string& file) { return std::filesystem::path(file).stem().string(); };
-  if (name == pam_of(of) || name == pam_of(stem(of))) return true;
+  if (name == pam_of(of) || name == pam_of(stem(of)) || name == of + std::string(kMask)) return true;
   if (name == of || stem(name) != stem(of)) return false;
-  return is_side_extension(extension_of(name)) || (extension_of(name).empty() && extension_of(of) == ".ers");
+  return holds(kSides, extension_of(name)) || (extension_of(name).empty() && extension_of(of) == ".ers");
 }
 
 std::vector<std::string> sides_of(const std::string& raster) {

@@ -40,6 +40,8 @@ std::vector<std::string> sides_of(const std::string& raster);
 /// "dem.tif.aux.xml": GDAL's and Esri's notes on a raster. They can name other files, so an unpacked one lies where no driver
 /// looks for it.
 bool is_pam(const std::string& name);
+/// "dem.tif.msk": which pixels of a raster are valid, as GDAL writes it.
+bool is_mask(const std::string& name);
 /// The one that GDAL reads with the raster of this path.
 std::string pam_of(const std::string& raster);
 std::string pam_of_unpacked(const std::string& raster);

@@ -202,6 +202,7 @@ proto::Result<void> open_at_hand(Dataset& dataset, const AtHand& raster, const s
     }
   }
   if (auto whole = check_pages(dataset.path, dataset.name); !whole.ok()) return whole;
+  if (auto few = check_directories(dataset.path, dataset.name); !few.ok()) return few;
   const GdalScope scope(dataset.trust);
   const std::string place = ranged != nullptr ? name_for_gdal(*ranged) : dataset.path;
   dataset.handle = open_handle(raster, place, dataset.trust);

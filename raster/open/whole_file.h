@@ -12,7 +12,12 @@ struct Dataset;
 /// heights, and whether it does depends on the version of GDAL that wrote it. Other files, and what is no local file, pass.
 proto::Result<void> check_pages(const std::string& path, const std::string& name);
 
-/// The same of an open one: NetCDF, and the bare rows of EHdr and ERS, beyond whose end GDAL 3.10 reads without a word.
+/// "raster-unreadable", before it is opened: a TIFF of thousands of directories, which GDAL reads for minutes, or of a loop of
+/// them.
+proto::Result<void> check_directories(const std::string& path, const std::string& name);
+
+/// The same as check_pages of an open one: NetCDF, and the bare rows of EHdr and ERS, beyond whose end GDAL 3.10 reads without a
+/// word.
 proto::Result<void> check_length(const Dataset& dataset);
 
 }  // namespace cordillera::raster

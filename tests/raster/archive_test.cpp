@@ -10,6 +10,7 @@
 
 #include "raster/archive/archive.h"
 #include "raster/disk/free_space.h"
+#include "raster/gdal/formats.h"
 #include "raster/open/at_hand.h"
 #include "sent.h"
 
@@ -61,7 +62,7 @@ TEST_F(Archive, WhoseChecksumsAreOthersAreDamaged) {
 
 TEST_F(Archive, WhatLiesBesideTheRasterIsLeftOut) {
   ASSERT_TRUE(good_);
-  // A PAM file, a mask and an overview would change what is read; they could name any file.
+  // A PAM file and an overview would change what is read; they could name any file.
   Spec liar = hills();
   liar.value = [](int, int) { return 9000; };
   const std::string lies = bytes_of(write(liar, "liar.tif"));
@@ -70,13 +71,67 @@ TEST_F(Archive, WhatLiesBesideTheRasterIsLeftOut) {
               {"__MACOSX/a/._dem.tif", "x"},
               {"a/dem.tif.aux.xml", "<PAMDataset><PAMRasterBand band=\"1\"><Scale>7</Scale></PAMRasterBand></PAMDataset>"},
               {"a/dem.tif.ovr", lies},
-              {"a/dem.tif.msk", lies},
               {"a/dem.tif", tiff_}});
   for (const Trust trust : {Trust::posted_file, Trust::operator_file}) {
     const auto source = must_open(zip, plain_options(), trust, "dem.zip");
     ASSERT_TRUE(source);
     expect_same_heights(*good_, *source);
   }
+}
+
+/// GDAL's own list of these takes seconds to minutes.
+TEST_F(Archive, OfManyFoldersOrDeepPathsIsRefusedAtOnce) {
+  ASSERT_TRUE(good_);
+  std::vector<std::pair<std::string, std::string>> folders{{"dem.tif", tiff_}};
+  for (int k = 0; k < 11000; ++k) folders.emplace_back(std::to_string(k) + "/", "");
+  std::string deep, fine;
+  for (int k = 0; k < 100; ++k) deep += "a/";
+  for (int k = 0; k < 20; ++k) fine += "a/";
+  for (const auto& files : {folders,
+                            {{deep + "dem.tif", tiff_}},
+                            {{std::string(5000, 'a') + "/dem.tif", tiff_}},
+                            {{"dem.tif", tiff_}, {"../dem.tif", tiff_}},
+                            {{"/tmp/dem.tif", tiff_}}}) {
+    const auto refusal = refused(zipped(files), "dem.zip");
+    EXPECT_EQ(refusal.type, "archive-unreadable") << refusal.line();
+    EXPECT_NE(refusal.accepted.find("64 folders"), std::string::npos) << refusal.line();
+  }
+  EXPECT_TRUE(open(zipped({{fine + "dem.tif", tiff_}}), plain_options(), Trust::posted_file, "dem.zip").ok());
+}
+
+/// GDAL takes seconds to minutes for more.
+TEST_F(Archive, ATiffOfThousandsOfDirectoriesIsRefusedAtOnce) {
+  const auto number = [&](std::size_t at, std::size_t bytes) {
+    std::size_t value = 0;
+    for (std::size_t k = bytes; k-- > 0;) value = value << 8 | static_cast<unsigned char>(tiff_[at + k]);
+    return value;
+  };
+  const std::size_t first = number(4, 4), bytes = 2 + 12 * number(first, 2);
+  const auto chain = [&](int more) {
+    std::string tiff = tiff_;
+    std::size_t next = first + bytes;
+    for (int k = 0; k < more; ++k) {
+      if (tiff.size() % 2 > 0) tiff.push_back(0);
+      for (std::size_t n = 0; n < 4; ++n) tiff[next + n] = static_cast<char>(tiff.size() >> 8 * n);
+      next = tiff.size() + bytes;
+      tiff.append(tiff_, first, bytes).append(4, 0);
+    }
+    return tiff;
+  };
+  const auto refusal = refused(write_text(chain(2000), "chain.tif"), "chain.tif");
+  EXPECT_EQ(refusal.type, "raster-unreadable") << refusal.line();
+  EXPECT_NE(refusal.line().find("2000 directories"), std::string::npos) << refusal.line();
+  EXPECT_TRUE(open(write_text(chain(300), "pages.tif"), plain_options(), Trust::posted_file, "pages.tif").ok());
+}
+
+/// Left out, its masked pixels would become heights.
+TEST_F(Archive, AMaskBesideTheRasterIsRefusedWithTheLineThatPutsItInside) {
+  ASSERT_TRUE(good_);
+  const auto refusal = refused(zipped({{"dem.tif", tiff_}, {"dem.tif.msk", tiff_}}), "dem.zip");
+  EXPECT_EQ(refusal.type, "archive-rasters");
+  EXPECT_NE(refusal.line().find("GDAL_TIFF_INTERNAL_MASK YES dem.tif dem-2.tif"), std::string::npos) << refusal.line();
+  EXPECT_TRUE(open(zipped({{"dem.tif", tiff_}, {"other.tif.msk", tiff_}}), plain_options(), Trust::posted_file, "dem.zip").ok());
+  EXPECT_TRUE(raster::is_side_of("d.jp2", "d.j2w")) << "the world file of JPEG 2000";
 }
 
 /// What programs of Esri write: the TIFF says nothing of its place, two files beside it do.
