@@ -21,7 +21,7 @@ struct SimplifyJob {
   /// Indexed by vertex of input: metres, the height the cost works on (ellipsoidal height minus the sag of the earth's curvature
   /// relative to the tile, so that a flat sea is seen as curved). Void vertices: any finite value.
   std::span<const float> elevation;
-  float tolerance_m = 1;  ///< edges are collapsed whose quadric cost is no more than its square
+  float tolerance_m = 1;  ///< edges are collapsed as long as their cost is low, by its square
   float rim_units = 0;    ///< how far the rim of a hole may move, in units
   float unit_m = 1;       ///< metres a unit, about: costs are measured across as well as along the vertical
 };

@@ -33,7 +33,7 @@ Builder::Builder(const proto::Plan& plan, Workers& workers, OpenSource open, Roo
       room_(std::move(room)),
       stop_(stop),
       water_(plan_, workers, sources_),
-      strategy_(workers),
+      strategy_(workers, stop),
       exact_({workers.loop(), [this](std::size_t count, const auto& work) { workers_.with_caller(count, work); }}, stop) {}
 
 std::size_t Builder::tasks_at_once() const {

@@ -79,7 +79,7 @@ class Builder {
   proto::Result<SampleBlock> read(const proto::TileAddress& node, Workers::Haste haste);
   std::vector<raster::PixelPoint> pixels_in(const proto::TileAddress& tile, unsigned worker);
   bool is_empty(const raster::Source::Window& window);
-  bool by_regions() const;  ///< levels above blocks are made, and of one ground else
+  bool by_regions() const;  ///< whether levels above blocks are made in regions; else of one ground
   proto::Result<FinishedTask> tiles_of_block(const proto::TileAddress& node, const std::function<void(double)>& share,
                                              const FinestSink& finest);
   /// Reads what of the window its samples hold; those lie within the window or are void already.

@@ -1,5 +1,6 @@
 #include "pipeline/build/tile_strategy.h"
 
+#include <algorithm>
 #include <numbers>
 #include <utility>
 
@@ -52,6 +53,38 @@ std::int64_t step_of(const proto::BuildOptions& options, const proto::Lattice& l
   return step;
 }
 
+proto::TileMesh with_rounded_heights(proto::TileMesh mesh, std::int32_t step) {
+  for (std::int32_t& height : mesh.height) height = gpu::rounded_height(height, step);
+  return mesh;
+}
+
+/// Places of a tile whose samples are to be kept.
+using KeptBoxes = std::vector<TileRectangle>;
+
+/// Around the triangles that are over the limit.
+void add_boxes(const BuiltTile& made, std::int64_t step, KeptBoxes& boxes) {
+  const auto around = static_cast<std::int32_t>(2 * step);
+  const proto::TileMesh& mesh = made.mesh;
+  for (const std::uint32_t k : gpu::triangles_over(made.measured)) {
+    const auto& [a, b, c] = mesh.triangles[k];
+    const auto [west, east] = std::minmax({mesh.x[a], mesh.x[b], mesh.x[c]});
+    const auto [south, north] = std::minmax({mesh.y[a], mesh.y[b], mesh.y[c]});
+    boxes.push_back({west - around, south - around, east + around, north + around});
+  }
+}
+
+void keep_in(const KeptBoxes& boxes, std::int64_t step, proto::TileMesh& grid) {
+  const std::int64_t across = grid.side / step + 1;
+  std::vector<char> kept(static_cast<std::size_t>(across * across));
+  for (const TileRectangle& box : boxes) {
+    for (std::int64_t y = std::max<std::int64_t>(box.south / step, 0); y <= std::min(box.north / step, across - 1); ++y)
+      for (std::int64_t x = std::max<std::int64_t>(box.west / step, 0); x <= std::min(box.east / step, across - 1); ++x)
+        kept[static_cast<std::size_t>(y * across + x)] = 1;
+  }
+  for (std::size_t v = 0; v < grid.vertices(); ++v)
+    if (kept[static_cast<std::size_t>(grid.y[v] / step * across + grid.x[v] / step)]) grid.mark[v] |= proto::kKeep;
+}
+
 double published_area(const proto::TileMesh& mesh) {
   const auto point = [&](std::uint32_t v) { return gpu::MeshPoint{mesh.x[v], mesh.y[v], 0}; };
   double doubled = 0;
@@ -79,7 +112,7 @@ proto::Result<void> TileStrategy::open(const std::string& device, const proto::P
   const std::string strategy = strategy_of(plan);
   options_ = plan.options();
   if (strategy == gpu::kExact) return {};
-  // What remains on the host is one tile: a loop of the workers would take up others, which wait for the device.
+  // A worker may not begin a loop: it would wait for workers.
   auto simplifier = gpu::make_simplifier(device, gpu::one_after_the_other, strategy);
   if (!simplifier.ok()) return simplifier.problem();
   if ((*simplifier)->device() != "cpu") on_device_ = std::move(*simplifier);
@@ -94,7 +127,7 @@ std::string TileStrategy::device() const {
   return on_device_ ? on_device_->device() : "cpu" + lost_;
 }
 
-proto::TileMesh TileStrategy::simplified(const gpu::SimplifyJob& job, unsigned worker) {
+proto::TileMesh TileStrategy::run_engine(const gpu::SimplifyJob& job, unsigned worker) {
   if (has_device_) {
     const std::lock_guard lock(device_mutex_);
     try {
@@ -108,38 +141,34 @@ proto::TileMesh TileStrategy::simplified(const gpu::SimplifyJob& job, unsigned w
   return std::move(on_cpu_[worker]->simplify({&job, 1}).front());
 }
 
-proto::TileMesh TileStrategy::simplified(const LevelContext& context, const BuiltTile& tile, double caution, unsigned worker) {
-  const proto::TileMesh grid =
-      tile_grid(*context.lattice, tile, *context.samples, step_of(options_, *context.lattice, tile.tile.z));
-  const std::vector<float> elevation = elevations(*context.lattice, tile.tile, grid);
-  gpu::SimplifyJob job;
-  job.input = &grid;
-  job.elevation = elevation;
-  job.unit_m = static_cast<float>(proto::kSemiMajor_m * std::numbers::pi / static_cast<double>(context.lattice->rows()));
-  job.tolerance_m = static_cast<float>(context.level->target() / caution);
-  job.rim_units = static_cast<float>(context.level->rim_tolerance());
-  proto::TileMesh mesh = published_part(simplified(job, worker));
-  const std::int32_t step = height_step(*context.level);
-  for (std::int32_t& height : mesh.height) height = gpu::rounded_height(height, step);
-  return mesh;
-}
-
 void TileStrategy::simplify(const LevelContext& context, BuiltTile& tile, unsigned worker) {
-  const BuiltTile given = std::move(tile);
-  const proto::TileMesh exact = published_part(given.mesh);
-  tile = {};
-  tile.tile = given.tile;
-  if (!is_at_pole(given.tile) && !exact.triangles.empty()) {
-    for (const double caution : {1.0, 2.0, 4.0}) {
-      tile.mesh = simplified(context, given, caution, worker);
-      if (tile.mesh.triangles.empty()) break;
-      gpu::SurfaceMemory memory;
-      const bool keeps_target = measure_exact(context, tile, memory) == 0 || !context.put_back;
-      if (keeps_target && is_upright(context, tile) && shows_its_data(context, tile, exact)) return;
+  constexpr int kAttempts = 4;
+  const proto::TileMesh exact = published_part(tile.mesh);
+  gpu::SimplifyJob job;
+  job.unit_m = static_cast<float>(proto::kSemiMajor_m * std::numbers::pi / static_cast<double>(context.lattice->rows()));
+  job.tolerance_m = static_cast<float>(context.level->target());
+  job.rim_units = static_cast<float>(context.level->rim_tolerance());
+  std::int64_t step = step_of(options_, *context.lattice, tile.tile.z);
+  KeptBoxes boxes;
+  const bool may_try = !is_at_pole(tile.tile) && !exact.triangles.empty();
+  for (int attempt = 0; may_try && attempt < kAttempts && !stop_; ++attempt) {
+    proto::TileMesh grid = tile_grid(*context.lattice, tile, *context.samples, step);
+    keep_in(boxes, step, grid);
+    const std::vector<float> elevation = elevations(*context.lattice, tile.tile, grid);
+    job.input = &grid, job.elevation = elevation;
+    BuiltTile made;
+    made.tile = tile.tile;
+    made.mesh = with_rounded_heights(published_part(run_engine(job, worker)), height_step(*context.level));
+    if (made.mesh.triangles.empty()) break;
+    gpu::SurfaceMemory memory;
+    if (measure_exact(context, made, memory) == 0 || !context.put_back) {
+      if (is_upright(context, made) && shows_its_data(context, made, exact)) return void(tile = std::move(made));
+      break;
     }
+    add_boxes(made, step, boxes);
+    step = std::max<std::int64_t>(step / 2, 1);
   }
   tile.mesh = exact;
-  tile.put_back = 0;
 }
 
 }  // namespace cordillera::pipeline

@@ -15,25 +15,25 @@ namespace cordillera::pipeline {
 
 class TileStrategy {
  public:
-  /// Outlives it.
-  explicit TileStrategy(Workers& workers) : workers_(workers) {}
+  /// Both outlive it.
+  TileStrategy(Workers& workers, const std::atomic<bool>& stop) : workers_(workers), stop_(stop) {}
   /// Once, before all else. device: as gpu::make_simplifier has it, and its problems. Of a plan of exact nothing is opened.
   proto::Result<void> open(const std::string& device, const proto::Plan& plan);
   /// Whether tiles are to be made anew.
   bool is_open() const { return !on_cpu_.empty(); }
   std::string device() const;  ///< where tiles are made now, and what became of a device that was lost
 
-  /// Makes the mesh of a tile of a block anew, by one of the workers; of the one that it is given, whole, the sides count. It has
-  /// published triangles alone then, and vertices put back where the context says so. It knows no error and no law: where the
-  /// target is exceeded all the same it is made again with less, and at last, as beside a pole, the tile is what exact made of
-  /// it; so it is where less of its data would be shown, or a triangle upside down. Many threads may work on as many tiles.
+  /// Makes the mesh of a tile of a block anew, by one of the workers. tile: whole; its sides stay. Gives published triangles
+  /// alone, and puts vertices back where the context says so. Where a triangle stays above the target, all samples around it are
+  /// kept in the next attempt. The tile stays that of exact beside a pole, where no attempt helps, where less of the data would
+  /// be shown or a triangle is upside down, and once it is told to stop. Many threads may work on as many tiles.
   void simplify(const LevelContext& context, BuiltTile& tile, unsigned worker);
 
  private:
-  proto::TileMesh simplified(const LevelContext& context, const BuiltTile& tile, double caution, unsigned worker);
-  proto::TileMesh simplified(const gpu::SimplifyJob& job, unsigned worker);
+  proto::TileMesh run_engine(const gpu::SimplifyJob& job, unsigned worker);
 
   Workers& workers_;
+  const std::atomic<bool>& stop_;
   proto::BuildOptions options_;
   std::vector<std::unique_ptr<gpu::Simplifier>> on_cpu_;  ///< one a worker
   mutable std::mutex device_mutex_;

@@ -38,7 +38,7 @@ double greatest_target_m(const proto::Plan& plan, int level);
 /// same source.
 bool shows_sea(proto::Plan plan, const proto::BuildOptions& options, raster::Source& source);
 
-/// Blocks of up to so many finest samples, or the smallest that there can be: of four tiles.
+/// Blocks of up to so many finest samples, or the smallest that there can be.
 void use_smaller_blocks(proto::Plan& plan, std::int64_t most);
 
 /// How near to the raster's own pixels the surface between samples is brought before anything is simplified, metres; 0: samples

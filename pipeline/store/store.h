@@ -40,12 +40,12 @@ struct TileWater {
   std::string packed;
 };
 
-/// What a block or a merge hands to the store in one transaction.
+/// What a block, or the task above all blocks, hands to the store in one transaction.
 struct FinishedTask {
-  proto::TileAddress node;         ///< the block or the merged parent
+  proto::TileAddress node;         ///< the block, or the one that stands for all above
   std::vector<EncodedTile> tiles;  ///< tiles with a triangle, and records of those that lost all their data
-  std::optional<std::pair<proto::TileAddress, std::string>> mesh;  ///< serialised mesh for the parent's weld; none when all void
-  std::vector<proto::TileAddress> consumed;                        ///< child meshes no longer needed
+  std::optional<std::pair<proto::TileAddress, std::string>> mesh;  ///< what levels above need of it; none when all void
+  std::vector<proto::TileAddress> consumed;                        ///< blocks whose meshes are no longer needed
   bool mesh_is_kept = false;                                       ///< in a file, and mesh has its hash: see StoreWriter::keep
   std::vector<TileWater> water = {};                               ///< of a block's tiles on all its levels
 

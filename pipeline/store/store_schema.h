@@ -6,8 +6,8 @@
 // - tiles: a row a tile that has triangles. drc names a row of blobs. glb is empty, as tile_glb makes it; in rows of format 1 it
 //   names one too.
 // - blobs: bytes by content hash.
-// - tasks: committed blocks and merges. Only while the file is written; kept, whole, in a store that will be built on.
-// - meshes: those that wait for their parent's weld, as hashes of files (mesh_files.h). Kept as tasks are.
+// - tasks: committed ones. Only while the file is written; kept, whole, in a store that will be built on.
+// - meshes: what waits for the levels above, as hashes of files (mesh_files.h). Kept as tasks are.
 // - water: water masks by tile, only of datasets that have any.
 // - lost: a record of each tile that has data and no triangle, for what is counted of a level. Not in stores of earlier
 //   versions.

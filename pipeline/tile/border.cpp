@@ -16,8 +16,9 @@ std::int32_t height_or_none(const TileMesh& mesh, std::uint32_t v) {
 }  // namespace
 
 Chain void_chain(std::int32_t units, std::int32_t gap) {
+  const std::int64_t step = gap > 0 ? gap : units;
   Chain chain;
-  for (std::int64_t k = 0; k<units; k += gap> 0 ? gap : units) chain.position.push_back(static_cast<std::int32_t>(k));
+  for (std::int64_t k = 0; k < units; k += step) chain.position.push_back(static_cast<std::int32_t>(k));
   chain.position.push_back(units);
   chain.height.assign(chain.position.size(), proto::kNoHeight);
   return chain;

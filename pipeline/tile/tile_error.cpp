@@ -32,7 +32,7 @@ void put_back(BuiltTile& built, const gpu::ErrorMeter& meter, double limit_m, co
   std::vector<std::uint32_t> left = over();
   if (left.empty()) return;
   const gpu::Refined refined = gpu::refine(built.mesh, meter, limit_m, left, SIZE_MAX);
-  built.put_back = refined.inserted;
+  built.put_back += refined.inserted;
   if (refined.over == 0 || refined.over > kMostLeftOver) return;
   left = over();
   if (left.size() > kMostLeftOver) return;

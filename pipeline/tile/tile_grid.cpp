@@ -37,7 +37,8 @@ class GridMaker {
     // Of data that is small in its tile, or in few tiles, there are to be enough vertices all the same.
     constexpr std::int32_t kLeastCells = 32;
     const auto narrow = static_cast<std::uint32_t>(std::min(high_[0] - low_[0], high_[1] - low_[1]) / kLeastCells);
-    step_ = static_cast<std::int32_t>(std::min({step, std::int64_t{std::bit_floor(narrow)}, std::int64_t{proto::kTileCells}}));
+    step_ = static_cast<std::int32_t>(
+        std::min({step, std::int64_t{std::bit_floor(std::max(narrow, 1U))}, std::int64_t{proto::kTileCells}}));
   }
 
   TileMesh mesh() {

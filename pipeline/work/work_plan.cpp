@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "gpu/exact/side_chain.h"
 #include "pipeline/build/pilot.h"
 #include "pipeline/build/stages.h"
 #include "pipeline/plan/plan.h"
@@ -94,7 +95,8 @@ Keys add_blocks(const TaskKeys& names, proto::WorkPlan& work) {
   const bool several = work.sources_size() > 1;
   const std::int64_t seam =
       raster::feather_vertices(work.options().feather(), lattice) + (pixels_within_m(plan) > 0 ? raster::kProjectionReach : 0);
-  const std::int64_t reach = 2 * lattice.cell_units(level);  // more than a block reads of its neighbours
+  // As much as a block reads of its neighbours, or more.
+  const std::int64_t reach = std::max<std::int64_t>(gpu::exact::kSideReach, 2 * lattice.cell_units(level));
   const std::int64_t near = reach + (several ? seam : 0);
   const std::int64_t far = near + (several ? raster::fill_reach(raster::fill_limit_cells(work.options())) : 0);
   const BlockSources rasters(work);
@@ -116,7 +118,8 @@ Keys add_blocks(const TaskKeys& names, proto::WorkPlan& work) {
   return keys;
 }
 
-/// What the levels above blocks cost, by the samples of these: a quarter of the triangles from each level to the next.
+/// What the levels above blocks cost, in samples that a block reads: an eighth of the blocks' for the first, and a quarter of it
+/// from each level to the next.
 constexpr double kShareOfAbove = 1.0 / 6;
 
 void add_merge(const TaskKeys& names, const Keys& below, proto::WorkPlan& work) {
@@ -258,9 +261,9 @@ proto::Result<proto::WorkPlan> read_plan(const std::string& folder) {
                               std::to_string(kPlanFormat),
                           "a new plan", ""};
   }
-  if (!plan.plan().exact())
-    return proto::Problem{"plan-version", path + " has tiles made one by one, which this program makes no more", "a new plan",
-                          ""};
+  if (!plan.plan().exact() || plan.stages_size() > 2)
+    return proto::Problem{"plan-version", path + " has tasks of an earlier version, which this program makes no more",
+                          "a new plan", ""};
   if (plan.plan().program() != proto::kProgram) {
     return proto::Problem{"plan-version", path + " was made by " + plan.plan().program() + "; this is " + proto::kProgram,
                           "the same version on every machine, or a new plan", ""};
