@@ -41,7 +41,7 @@ rows = {int(cells[1]): cells for cells in (line.split("|") for line in table.spl
 seconds = {nodes: float(cells[3]) * 60 for nodes, cells in rows.items()}
 assert abs(seconds[1] * 4 / blocks - 1) < 0.05 and abs(seconds[2] * 8 / blocks - 1) < 0.08, (seconds, blocks)
 assert seconds[64] >= 10 - 3, seconds  # no shorter than one block, whatever the number of nodes
-assert float(rows[1][8].strip(" %")) > 90 > float(rows[64][8].strip(" %")), rows
+assert float(rows[1][8].strip(" %")) > 60 > float(rows[64][8].strip(" %")), rows  # one task makes all above the blocks
 sleeps = [float(line) for line in open("sleeps/stage-0-of-40")]
 assert len(sleeps) == 40 and abs(sum(sleeps) / blocks - 1) < 0.02, (len(sleeps), sum(sleeps), blocks)
 END

@@ -166,7 +166,7 @@ if can_mount():
 
     @case("16 a build whose tiles are more than the disk", expect="queued storage-full, 5 % and more free throughout")
     def tiles(attack):
-        return waits_for_room(start(attack, 4), "asc", noise(400), "&error=1&strategy=cleap")
+        return waits_for_room(start(attack, 4), "asc", noise(400), "&error=1")
 
     @case("a disk that is full to its last byte: what is deleted makes room", expect="204, then 404 and 200")
     def full(attack):

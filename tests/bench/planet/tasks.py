@@ -41,12 +41,9 @@ def samples_of(plan, share):
 
 
 def children(plan, number):
-    """Of each merge of a stage: how many tasks of the stage below it joins."""
-    below = {}
-    for task in plan["stages"][number - 1]["tasks"]:
-        _, x, y = place(task)
-        below[x // 2, y // 2] = below.get((x // 2, y // 2), 0) + 1
-    return [below[place(task)[1:]] for task in plan["stages"][number]["tasks"]]
+    """Of the task above the blocks: as how many tiles it costs, which are merged by fours; all levels together."""
+    blocks = len(plan["stages"][number - 1]["tasks"])
+    return [blocks * 4 / 3 for _ in plan["stages"][number]["tasks"]]
 
 
 class Times:
@@ -58,9 +55,9 @@ class Times:
         self.full = [row for row in measured["blocks"] if row["share"] >= FULL]
         if not self.full:
             raise SystemExit(f"{path} has no block that rasters cover to {FULL:.0%}")
-        self.merges = [row for row in measured["merges"] if row["children"] == 4]
+        self.merges = measured["merges"]
         if not self.merges:
-            raise SystemExit(f"{path} has no merge of four")
+            raise SystemExit(f"{path} has no task above blocks")
         self.publish = measured["publish"]
 
     def _drawn(self, rows, task):
@@ -74,7 +71,7 @@ class Times:
 
     def merge(self, task, joined):
         row = self._drawn(self.merges, task)
-        return row["seconds"] * joined / 4, row["bytes"] * joined / 4
+        return row["seconds"] * joined / row["children"], row["bytes"] * joined / row["children"]
 
     def stages(self, plan):
         """For each stage, its tasks' core seconds and bytes."""
