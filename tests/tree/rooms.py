@@ -68,7 +68,7 @@ def strays(root):
     """A line for each file beside the floors that is empty: a slip of a test or a shell that ran there. A Python package's py.typed is empty by its spec."""
     lines = []
     for place, folders, files in os.walk(root):
-        folders[:] = [one for one in folders if not one.startswith((".git", ".cache")) and one not in ("build", "node_modules")]
+        folders[:] = [one for one in folders if not one.startswith((".git", ".cache")) and one not in ("build", "cordillera-data", "node_modules")]
         lines += [f"{os.path.relpath(os.path.join(place, one), root)}: an empty file" for one in sorted(files)
                   if one != "py.typed" and os.path.getsize(os.path.join(place, one)) == 0]
     return lines
