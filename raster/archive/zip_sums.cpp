@@ -58,12 +58,12 @@ struct ListedFile {
 };
 
 // In one piece: entries may be many. What a directory has beyond that is not looked at.
-constexpr std::uint64_t kMostBytes = std::uint64_t{16} << 20;
+constexpr std::uint64_t kMostListBytes = std::uint64_t{16} << 20;
 
 template <class See>
 void for_each_entry(const std::string& zip, const Directory& directory, const See& see) {
   constexpr std::size_t kHead = 46;
-  const std::string entries = bytes_at(zip, directory.begin, std::min(directory.bytes, kMostBytes));
+  const std::string entries = bytes_at(zip, directory.begin, std::min(directory.bytes, kMostListBytes));
   for (std::size_t at = 0; at + kHead <= entries.size() && entries.compare(at, 4, "PK\x01\x02") == 0;) {
     const std::size_t length = number(entries, at + 28, 2), more = number(entries, at + 30, 2) + number(entries, at + 32, 2);
     if (at + kHead + length > entries.size()) break;
@@ -141,7 +141,7 @@ proto::Result<void> check_list(const std::string& zip, const std::string& name, 
   const auto directory = size ? directory_of(zip, *size) : std::nullopt;
   if (!directory) return {};
   Paths paths(name, most);
-  if (directory->entries > most || directory->bytes > kMostBytes)
+  if (directory->entries > most || directory->bytes > kMostListBytes)
     return paths.refused("holds more than " + std::to_string(most) + " files and folders, or names that are too long");
   std::optional<proto::Problem> problem;
   for_each_entry(zip, *directory, [&](const ListedFile& entry) {
