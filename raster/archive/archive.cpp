@@ -134,16 +134,13 @@ bool is_dross(const ArchiveEntry& entry) { return entry.name().starts_with(".") 
 
 std::string in_gdal(const std::string& zip) { return "/vsizip/{" + zip + "}"; }
 
-proto::Result<std::vector<ArchiveEntry>> entries_of(const std::string& zip, const std::string& name,
-                                                    std::size_t most = kMostEntries) {
+proto::Result<std::vector<ArchiveEntry>> entries_of(const std::string& zip, const std::string& name) {
   const std::map<std::string, std::uint32_t> sums = sums_of_stored(zip);
   const std::unique_ptr<VSIDIR, void (*)(VSIDIR*)> folder(VSIOpenDir(in_gdal(zip).c_str(), -1, nullptr), VSICloseDir);
   if (!folder) return damaged(name, "it has no readable list of its files");
   std::vector<ArchiveEntry> entries;
   while (const VSIDIREntry* entry = VSIGetNextDirEntry(folder.get())) {
     if (VSI_ISDIR(entry->nMode)) continue;
-    if (entries.size() == most)
-      return Problem{"archive-rasters", name + " holds more than " + std::to_string(most) + " files", kOneRaster, ""};
     entries.push_back({entry->pszName, static_cast<std::uint64_t>(entry->nSize)});
     if (const auto sum = sums.find(entry->pszName); sum != sums.end()) entries.back().sum = sum->second;
     if (is_dross(entries.back())) entries.pop_back();
@@ -275,7 +272,7 @@ proto::Result<bool> unpack_folder(const std::string& path, const std::string& na
   const PrivateFolder aside;  // no entry may be written through the link
   const std::string link = aside.link(path, "archive.zip");
   if (link.empty()) return no_space(name, folder.place(name));
-  const auto entries = entries_of(link, name, std::numeric_limits<std::size_t>::max());
+  const auto entries = entries_of(link, name);
   if (!entries) return entries.problem();
   const auto below = folder_of(*entries, marker);
   if (!below) return false;

@@ -60,17 +60,21 @@ struct ListedFile {
 // In one piece: entries may be many. What a directory has beyond that is not looked at.
 constexpr std::uint64_t kMostListBytes = std::uint64_t{16} << 20;
 
+/// How many there are.
 template <class See>
-void for_each_entry(const std::string& zip, const Directory& directory, const See& see) {
+std::uint64_t for_each_entry(const std::string& zip, const Directory& directory, const See& see) {
   constexpr std::size_t kHead = 46;
   const std::string entries = bytes_at(zip, directory.begin, std::min(directory.bytes, kMostListBytes));
+  std::uint64_t count = 0;
   for (std::size_t at = 0; at + kHead <= entries.size() && entries.compare(at, 4, "PK\x01\x02") == 0;) {
     const std::size_t length = number(entries, at + 28, 2), more = number(entries, at + 30, 2) + number(entries, at + 32, 2);
     if (at + kHead + length > entries.size()) break;
     see(ListedFile{entries.substr(at + kHead, length), static_cast<std::uint32_t>(number(entries, at + 16, 4)),
                    number(entries, at + 10, 2) == 0});
     at += kHead + length + more;
+    ++count;
   }
+  return count;
 }
 
 /// As systems of either kind part folders, and GDAL with them.
@@ -144,10 +148,12 @@ proto::Result<void> check_list(const std::string& zip, const std::string& name, 
   if (directory->entries > most || directory->bytes > kMostListBytes)
     return paths.refused("holds more than " + std::to_string(most) + " files and folders, or names that are too long");
   std::optional<proto::Problem> problem;
-  for_each_entry(zip, *directory, [&](const ListedFile& entry) {
+  const std::uint64_t seen = for_each_entry(zip, *directory, [&](const ListedFile& entry) {
     if (!problem) problem = paths.add(entry.name);
   });
   if (problem) return *problem;
+  // GDAL goes by their number, and would read on beyond the end of the list.
+  if (seen < directory->entries) return paths.refused("has a list of files that ends early");
   return {};
 }
 

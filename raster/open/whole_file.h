@@ -12,8 +12,7 @@ struct Dataset;
 /// heights, and whether it does depends on the version of GDAL that wrote it. Other files, and what is no local file, pass.
 proto::Result<void> check_pages(const std::string& path, const std::string& name);
 
-/// "raster-unreadable", before it is opened: a TIFF of thousands of directories, which GDAL reads for minutes, or of a loop of
-/// them.
+/// "raster-unreadable", before it is opened: a TIFF of thousands of directories, which GDAL reads for minutes.
 proto::Result<void> check_directories(const std::string& path, const std::string& name);
 
 /// The same as check_pages of an open one: NetCDF, and the bare rows of EHdr and ERS, beyond whose end GDAL 3.10 reads without a

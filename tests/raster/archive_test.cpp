@@ -97,6 +97,11 @@ TEST_F(Archive, OfManyFoldersOrDeepPathsIsRefusedAtOnce) {
     EXPECT_NE(refusal.accepted.find("64 folders"), std::string::npos) << refusal.line();
   }
   EXPECT_TRUE(open(zipped({{fine + "dem.tif", tiff_}}), plain_options(), Trust::posted_file, "dem.zip").ok());
+  std::string more = bytes_of(zipped({{"dem.tif", tiff_}}));
+  const std::size_t end = more.rfind("PK\x05\x06");
+  more[end + 8] = more[end + 10] = 2;  // files that the list is said to have
+  const auto refusal = refused(write_text(more, "more.zip"), "more.zip");
+  EXPECT_NE(refusal.line().find("ends early"), std::string::npos) << refusal.line();
 }
 
 /// GDAL takes seconds to minutes for more.
