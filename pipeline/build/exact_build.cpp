@@ -16,7 +16,6 @@
 #include "pipeline/finest/side_vertices.h"
 #include "pipeline/plan/block_grid.h"
 #include "pipeline/plan/plan.h"
-#include "pipeline/tile/mesh_record.h"
 #include "pipeline/tile/tile_error.h"
 
 namespace cordillera::pipeline {
@@ -117,7 +116,7 @@ class BlockBuild {
     const bool anew = team_.strategy.is_open();
     std::vector<BuiltTile> tiles = tiles_of_block(plan_, place_, z, mesh, anew ? TileParts::whole : TileParts::published);
     if (anew) simplify_anew(context, tiles);
-    std::vector<gpu::SurfaceMemory> memories = measured(simplifiers, context, tiles);
+    std::vector<gpu::SurfaceMemory> memories = anew ? std::vector<gpu::SurfaceMemory>() : measured(simplifiers, context, tiles);
     const bool on_gpu = !memories.empty();
     memories.resize(tiles.size());
     std::vector<double> above(tiles.size());
@@ -125,9 +124,11 @@ class BlockBuild {
     const bool finest = z == lattice_.finest_level, meets = finest && pixels_within_m(plan_) > 0;
     const auto haste = finest ? team_.finest.haste() : Workers::Haste::none;
     const auto finish = [&](std::size_t k, unsigned worker) {
+      // A tile that was made anew is measured; one that comes again has other sides.
+      const Measure measure = anew && !made[k] ? Measure::changed : Measure::always;
       FinishedFinest finished =
-          finest ? finish_finest(plan_, context, tiles[k], team_.pixels(tiles[k].tile, worker), Measure::always, memories[k])
-                 : finished_coarser(context, tiles[k], memories[k]);
+          finest ? finish_finest(plan_, context, tiles[k], team_.pixels(tiles[k].tile, worker), measure, memories[k])
+                 : finished_coarser(context, tiles[k], measure, memories[k]);
       above[k] = anew ? 0 : finished.above_m;  // less of the block would change nothing
       made[k] = std::move(finished.tile);
       if (!meets || !on_gpu) memories[k] = {};  // they take more room than the meshes
@@ -154,9 +155,10 @@ class BlockBuild {
     std::erase_if(tiles, [](const BuiltTile& tile) { return tile.mesh.triangles.empty(); });
   }
 
-  FinishedFinest finished_coarser(const LevelContext& context, BuiltTile& tile, gpu::SurfaceMemory& memory) const {
+  FinishedFinest finished_coarser(const LevelContext& context, BuiltTile& tile, Measure measure,
+                                  gpu::SurfaceMemory& memory) const {
     FinishedFinest finished;
-    finished.above_m = measure_exact(context, tile, memory);
+    if (measure == Measure::always) finished.above_m = measure_exact(context, tile, memory);
     finished.tile = encode_tile(context, tile, plan_.options());
     return finished;
   }
@@ -239,13 +241,14 @@ proto::Result<std::vector<double>> count_block(const proto::Plan& plan, int coar
   const proto::Lattice lattice = lattice_of(plan);
   const BlockCurve curve = curve_of(plan, place);
   const gpu::exact::BlockPlan asked = levels_of_block(plan, coarsest, place, samples);
-  const gpu::SampleFrames frames(lattice, samples);
+  const std::optional<gpu::SampleFrames> frames =
+      team.strategy.is_open() ? std::optional<gpu::SampleFrames>(std::in_place, lattice, samples) : std::nullopt;
   std::vector<double> triangles(asked.levels.size());
   const auto made = team.simplifiers.simplify(
       block_at(plan, place, samples, curve), asked,
       [&](std::size_t level, BlockMesh&& mesh) {
         const int z = lattice.finest_level - static_cast<int>(level);
-        const LevelContext context{&lattice, &level_plan(plan, z), &samples, plan.promise(), &frames};
+        const LevelContext context{&lattice, &level_plan(plan, z), &samples, plan.promise(), frames ? &*frames : nullptr};
         triangles[level] = team.strategy.is_open()
                                ? count_anew(context, tiles_of_block(plan, place, z, mesh, TileParts::whole), team)
                                : static_cast<double>(

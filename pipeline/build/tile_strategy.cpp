@@ -169,6 +169,8 @@ void TileStrategy::simplify(const LevelContext& context, BuiltTile& tile, unsign
     step = std::max<std::int64_t>(step / 2, 1);
   }
   tile.mesh = exact;
+  gpu::SurfaceMemory memory;
+  if (!exact.triangles.empty()) measure_exact(context, tile, memory);
 }
 
 }  // namespace cordillera::pipeline

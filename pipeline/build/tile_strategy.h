@@ -1,6 +1,6 @@
 #pragma once
 // A published algorithm in the place of exact, tile by tile: the sides of a block's tiles stay, so tiles fit together as those of
-// exact do, and what is between them is simplified anew, from all samples. Levels above blocks are those of exact.
+// exact do, and what is between them is simplified anew. Levels above blocks are those of exact.
 #include <atomic>
 #include <memory>
 #include <mutex>
@@ -23,10 +23,11 @@ class TileStrategy {
   bool is_open() const { return !on_cpu_.empty(); }
   std::string device() const;  ///< where tiles are made now, and what became of a device that was lost
 
-  /// Makes the mesh of a tile of a block anew, by one of the workers. tile: whole; its sides stay. Gives published triangles
-  /// alone, and puts vertices back where the context says so. Where a triangle stays above the target, all samples around it are
-  /// kept in the next attempt. The tile stays that of exact beside a pole, where no attempt helps, where less of the data would
-  /// be shown or a triangle is upside down, and once it is told to stop. Many threads may work on as many tiles.
+  /// Makes a tile of a block anew, by one of the workers, and measures it. tile: whole; its sides stay. It has published
+  /// triangles alone then, and vertices put back where the context says so. Where a triangle stays above the target, the next
+  /// attempt begins with twice as many rows, and keeps all samples there. The tile stays that of exact beside a pole, where no
+  /// attempt helps, where less of the data would be shown or a triangle is upside down, and once it is told to stop. Many threads
+  /// may work on as many tiles.
   void simplify(const LevelContext& context, BuiltTile& tile, unsigned worker);
 
  private:

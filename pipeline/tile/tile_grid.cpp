@@ -164,19 +164,22 @@ class GridMaker {
     else
       mesh_.triangles.push_back({a, c, b});
   }
+  /// Which of two rows the next triangle has an edge of, after so many edges of the outer and of the inner one.
+  static bool goes_along_outer(const SideRow& outer, const SideRow& inner, std::array<std::size_t, 2> after, std::size_t turn) {
+    const auto [o, i] = after;
+    if (i + 1 == inner.at.size()) return true;
+    if (o + 1 == outer.at.size()) return false;
+    const bool is_first = o == 0, is_last = o + 2 == outer.at.size();
+    if (is_first && is_last) return turn == kSouth || turn == kEast;  // so each corner gets one of four such sides
+    if (is_first || is_last) return is_first;
+    return std::abs(outer.at[o + 1] - inner.at[i]) <= std::abs(inner.at[i + 1] - outer.at[o]);
+  }
   /// Between two parallel rows: any order of triangles along them has positive area. The shorter diagonal is taken, but no corner
   /// of the outer row gets more than one.
   void fill_strip(const SideRow& outer, const SideRow& inner, std::size_t turn) {
     std::size_t o = 0, i = 0;
     while (o + 1 < outer.at.size() || i + 1 < inner.at.size()) {
-      const bool outer_ends = o + 1 == outer.at.size(), inner_ends = i + 1 == inner.at.size();
-      const bool is_first = o == 0, is_last = o + 2 == outer.at.size();
-      const bool is_nearer = is_first == is_last
-                                 ? (is_first ? turn == kSouth || turn == kEast
-                                             : std::abs(outer.at[o + 1] - inner.at[i]) <= std::abs(inner.at[i + 1] - outer.at[o]))
-                                 : is_first;
-      const bool along_outer = inner_ends || (!outer_ends && is_nearer);
-      if (along_outer) {
+      if (goes_along_outer(outer, inner, {o, i}, turn)) {
         add_triangle(outer.vertex[o], outer.vertex[o + 1], inner.vertex[i], turn);
         ++o;
       } else {
